@@ -1,0 +1,30 @@
+#pragma once
+
+#include <mrpt/serialization/CArchive.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace lamap
+{
+/** Writes bytes so that a reader notices every loss: their count (uint64), their CRC-32 (zlib's, uint32), the
+ * bytes.
+ *
+ * MRPT's archives have no checksum of their own: a flipped bit would be read as another map. Errors of the
+ * archive pass through.
+ */
+void writePayload(mrpt::serialization::CArchive& archive, const std::vector<uint8_t>& payload);
+
+/** Reads what writePayload wrote.
+ *
+ * Memory grows only with bytes that are really there, whatever count a damaged archive claims, and never
+ * beyond the machine's memory.
+ * @throws std::runtime_error if the archive ends too early, the CRC-32 differs, or the count is beyond the
+ *         memory of this machine.
+ */
+[[nodiscard]] std::vector<uint8_t> readPayload(mrpt::serialization::CArchive& archive);
+
+/// Physical memory of this machine [bytes]; the largest number where the system does not tell.
+[[nodiscard]] uint64_t physicalMemory();
+
+}  // namespace lamap
