@@ -1,0 +1,40 @@
+# What `cmake --install` puts where, and the CMake package `mrpt-lamap` with its target mrpt-lamap::lamap.
+# The installed tree may be moved as a whole.
+
+include(CMakePackageConfigHelpers)
+
+set(LAMAP_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/mrpt-lamap)
+set(LAMAP_INSTALL_SHAREDIR ${CMAKE_INSTALL_DATADIR}/mrpt-lamap)
+
+# Below 1.0 every minor version may change the binary interface.
+set_target_properties(lamap_mrpt PROPERTIES
+  VERSION ${PROJECT_VERSION}
+  SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+
+# The tool finds the library beside it, wherever both are.
+file(RELATIVE_PATH lamap_bin_to_lib ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+set_target_properties(lamap PROPERTIES INSTALL_RPATH "$ORIGIN/${lamap_bin_to_lib}")
+
+# lamap_core is in the library; what its headers include is asked of whoever includes them.
+target_link_libraries(lamap_mrpt INTERFACE $<INSTALL_INTERFACE:Eigen3::Eigen> $<INSTALL_INTERFACE:tsl::robin_map>)
+
+install(TARGETS lamap_mrpt EXPORT mrpt-lamap-targets
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+  INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS lamap RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY libs/lamap_core/include/ libs/lamap_mrpt/include/
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
+install(DIRECTORY share/ DESTINATION ${LAMAP_INSTALL_SHAREDIR} FILES_MATCHING PATTERN "*.ini")
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+install(EXPORT mrpt-lamap-targets NAMESPACE mrpt-lamap:: DESTINATION ${LAMAP_INSTALL_CMAKEDIR})
+configure_package_config_file(libs/cmake/mrpt-lamap-config.cmake.in
+  ${PROJECT_BINARY_DIR}/mrpt-lamap-config.cmake
+  INSTALL_DESTINATION ${LAMAP_INSTALL_CMAKEDIR}
+  PATH_VARS LAMAP_INSTALL_SHAREDIR)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/mrpt-lamap-config-version.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES
+  ${PROJECT_BINARY_DIR}/mrpt-lamap-config.cmake
+  ${PROJECT_BINARY_DIR}/mrpt-lamap-config-version.cmake
+  DESTINATION ${LAMAP_INSTALL_CMAKEDIR})

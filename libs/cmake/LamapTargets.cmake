@@ -1,0 +1,53 @@
+# The one place that sets the language level, warnings, sanitizers and floating-point rules of our own targets.
+
+function(lamap_configure_target target)
+  target_compile_features(${target} PUBLIC cxx_std_17)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion)
+  # The same input gives the same bytes of map on every processor: no fused multiply-add that one has and
+  # another lacks.
+  target_compile_options(${target} PRIVATE -ffp-contract=off)
+  if(LAMAP_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(LAMAP_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${LAMAP_SANITIZE} -fno-omit-frame-pointer)
+    target_link_options(${target} PUBLIC -fsanitize=${LAMAP_SANITIZE})
+  endif()
+endfunction()
+
+# lamap_add_test(name SOURCES ... LIBRARIES ... [LABELS ...]): one GoogleTest program. Labels with a meaning elsewhere:
+#   threads   also built and run with ThreadSanitizer, as part of the target `threaded_tests`
+#   stock     starts stock MRPT programs: not run with sanitizers, which those programs were not built with
+function(lamap_add_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES;LABELS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  lamap_configure_target(${name})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+  target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gtest GTest::gtest_main)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${ARG_LABELS}")
+  if("threads" IN_LIST ARG_LABELS)
+    add_dependencies(threaded_tests ${name})
+  endif()
+endfunction()
+
+# lamap_check_headers(target): adds to the target `check_headers` one translation unit for each public header of
+# `target` that includes it twice and nothing else, with only the include paths that `target` gives its users.
+function(lamap_check_headers target)
+  get_target_property(source_dir ${target} SOURCE_DIR)
+  set(include_dir ${source_dir}/include)
+  file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${include_dir} ${include_dir}/*.h)
+  set(units)
+  foreach(header ${headers})
+    string(MAKE_C_IDENTIFIER ${header} unit)
+    set(unit ${PROJECT_BINARY_DIR}/check_headers/${unit}.cpp)
+    file(CONFIGURE OUTPUT ${unit} CONTENT "#include <${header}>\n#include <${header}>\n")
+    list(APPEND units ${unit})
+  endforeach()
+  if(units)
+    add_library(check_headers_of_${target} OBJECT EXCLUDE_FROM_ALL ${units})
+    lamap_configure_target(check_headers_of_${target})
+    target_link_libraries(check_headers_of_${target} PRIVATE ${target})
+    add_dependencies(check_headers check_headers_of_${target})
+  endif()
+endfunction()
