@@ -31,18 +31,19 @@ install_packages()
   command -v dpkg-query > /dev/null ||
     fail "this is not a Debian system (no dpkg-query); install what $package_list names by hand"
 
-  local package missing=() as_root=()
+  local wanted package missing=() as_root=()
+  wanted=$(packages_of "$@")
   while read -r package; do
     [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2> /dev/null)" = installed ] || missing+=("$package")
-  done < <(packages_of "$@")
+  done <<< "$wanted"
   [ ${#missing[@]} -gt 0 ] || return 0
 
-  say "Installing ${#missing[@]} Debian packages: ${missing[*]}"
   if [ "$(id -u)" != 0 ]; then
     command -v sudo > /dev/null ||
       fail "packages are missing and there is no sudo; as root: apt-get install --no-install-recommends ${missing[*]}"
     as_root=(sudo)
   fi
+  say "Installing ${#missing[@]} Debian packages: ${missing[*]}"
   as_root+=(env DEBIAN_FRONTEND=noninteractive)
   "${as_root[@]}" apt-get -q update ||
     fail "apt-get update failed: is there a network?"
