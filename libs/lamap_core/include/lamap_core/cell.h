@@ -1,0 +1,65 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+
+namespace lamap
+{
+/// Index of a finest cell. Cell i covers [i·r, (i+1)·r) along each axis; its centre is at (i + 1/2)·r.
+struct CellIndex
+{
+  int32_t x = 0;
+  int32_t y = 0;
+  int32_t z = 0;
+
+  friend bool operator==(const CellIndex& a, const CellIndex& b)
+  {
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+  }
+  friend bool operator!=(const CellIndex& a, const CellIndex& b) { return !(a == b); }
+};
+
+/// Thesis eq. (4.9).
+enum class CellState : uint8_t
+{
+  Unknown = 0,
+  Free = 1,
+  Occupied = 2
+};
+
+/// What a map says of one finest cell that has evidence.
+struct CellEstimate
+{
+  double prob = 0.5;               ///< P(occupied), in [0, 1]
+  std::optional<double> variance;  ///< of the estimate of prob, where the learner gives one
+  CellState state = CellState::Unknown;
+  /// The learner's own quantities, in the order of its evidence names (BGK: alpha, beta with the prior
+  /// included).
+  std::array<double, 2> evidence{};
+};
+
+/// Centre of a cell [m].
+[[nodiscard]] inline Eigen::Vector3d cellCentre(const CellIndex& cell, double resolution_m)
+{
+  return {(cell.x + 0.5) * resolution_m, (cell.y + 0.5) * resolution_m, (cell.z + 0.5) * resolution_m};
+}
+
+/// The cell that holds a point [m]; nothing where the point is not finite or beyond the range of the index.
+[[nodiscard]] inline std::optional<CellIndex> cellAt(const Eigen::Vector3d& point_m, double resolution_m)
+{
+  std::array<int32_t, 3> index{};
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const double coordinate = std::floor(point_m[axis] / resolution_m);
+    // Leaves room for a kernel's reach around every valid cell.
+    constexpr double kLimit = 2140000000.0;
+    if (!(coordinate > -kLimit && coordinate < kLimit)) return std::nullopt;
+    index[static_cast<size_t>(axis)] = static_cast<int32_t>(coordinate);
+  }
+  return CellIndex{index[0], index[1], index[2]};
+}
+
+}  // namespace lamap

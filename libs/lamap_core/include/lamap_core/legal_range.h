@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+
+namespace lamap
+{
+/** Refuses an illegal option.
+ * @throws std::invalid_argument "<name> = <value>: must be <legal>" unless the condition holds. */
+void requireLegal(bool condition, const char* name, double value, const std::string& legal);
+
+}  // namespace lamap

@@ -1,0 +1,124 @@
+#include <lamap_core/bgk_options.h>
+
+#include <lamap_core/legal_range.h>
+
+#include <cmath>
+#include <tuple>
+
+namespace lamap
+{
+namespace
+{
+auto fieldsOf(const BgkStructure& s)
+{
+  return std::tie(s.resolution, s.blockDepth, s.pruning, s.planar, s.planarHeight, s.priorAlpha, s.priorBeta);
+}
+
+auto fieldsOf(const BgkInference& i)
+{
+  return std::tie(i.freeSpace, i.trainingPoints, i.freeResolution, i.freeMargin, i.freeWeight,
+                  i.freeDownsampling, i.hitDownsampling, i.protectHits, i.kernel, i.kernelSupport,
+                  i.kernelScale, i.minRange, i.maxRange, i.considerInvalidRangesAsFreeSpace, i.rayDecimation,
+                  i.thresholds.free, i.thresholds.occupied, i.thresholds.variance);
+}
+
+void requireNotNegative(const char* name, double value)
+{
+  requireLegal(value >= 0 && std::isfinite(value), name, value, "a finite number >= 0");
+}
+
+}  // namespace
+
+void BgkStructure::validate() const
+{
+  constexpr double kMinResolution_m = 1e-4;
+  constexpr double kMaxResolution_m = 1e4;
+  requireLegal(resolution >= kMinResolution_m && resolution <= kMaxResolution_m, "resolution", resolution,
+               "a length from 0.0001 to 10000 m");
+  requireLegal(blockDepth >= 2 && blockDepth <= 6, "blockDepth", blockDepth, "a whole number from 2 to 6");
+  requireLegal(std::abs(planarHeight) <= 1e9 * resolution, "planarHeight", planarHeight,
+               "a finite height [m] within 1e9 cells");
+  requireLegal(priorAlpha > 0 && priorAlpha <= 1e6, "priorAlpha", priorAlpha, "a number > 0, at most 1e6");
+  requireLegal(priorBeta > 0 && priorBeta <= 1e6, "priorBeta", priorBeta, "a number > 0, at most 1e6");
+}
+
+BgkInference BgkInference::resolved(double resolution_m) const
+{
+  constexpr double kDefaultSupport_cells = 2.0;
+  BgkInference filled = *this;
+  filled.freeResolution = freeResolution.value_or(resolution_m);
+  filled.freeMargin = freeMargin.value_or(resolution_m);
+  filled.hitDownsampling = hitDownsampling.value_or(resolution_m);
+  filled.kernelSupport = kernelSupport.value_or(kDefaultSupport_cells * resolution_m);
+  return filled;
+}
+
+void BgkInference::validate(double resolution_m) const
+{
+  const BgkInference filled = resolved(resolution_m);
+  // A point every thousandth of a cell, or a kernel of hundreds of cells, is a mistake in the unit, and would
+  // not end.
+  constexpr double kMaxSupport_cells = 64.0;
+  requireLegal(*filled.freeResolution >= 1e-3 * resolution_m && *filled.freeResolution <= 1e6,
+               "freeResolution", *filled.freeResolution, "a length [m] of at least 1/1000 of the resolution");
+  requireNotNegative("freeMargin", *filled.freeMargin);
+  requireLegal(freeWeight >= 0 && freeWeight <= 1e3, "freeWeight", freeWeight, "a number from 0 to 1000");
+  requireNotNegative("freeDownsampling", freeDownsampling);
+  requireNotNegative("hitDownsampling", *filled.hitDownsampling);
+  requireLegal(*filled.kernelSupport > 0 && *filled.kernelSupport <= kMaxSupport_cells * resolution_m,
+               "kernelSupport", *filled.kernelSupport, "a length [m] > 0, at most 64 times the resolution");
+  requireLegal(kernelScale > 0 && kernelScale <= 1e3, "kernelScale", kernelScale,
+               "a number > 0, at most 1000");
+  requireNotNegative("minRange", minRange);
+  requireNotNegative("maxRange", maxRange);
+  requireLegal(maxRange == 0 || maxRange > minRange, "maxRange", maxRange, "0, or more than minRange");
+  requireLegal(rayDecimation >= 1, "rayDecimation", rayDecimation, "a whole number >= 1");
+  requireLegal(thresholds.free >= 0 && thresholds.free <= 1, "freeThreshold", thresholds.free, "from 0 to 1");
+  requireLegal(thresholds.occupied >= thresholds.free && thresholds.occupied <= 1, "occupiedThreshold",
+               thresholds.occupied, "from freeThreshold to 1");
+  requireNotNegative("varianceThreshold", thresholds.variance);
+}
+
+bool operator==(const BgkStructure& a, const BgkStructure& b)
+{
+  return fieldsOf(a) == fieldsOf(b);
+}
+bool operator==(const BgkInference& a, const BgkInference& b)
+{
+  return fieldsOf(a) == fieldsOf(b);
+}
+
+BgkOptions presetOptions(BgkPreset preset)
+{
+  BgkOptions options;
+  if (preset == BgkPreset::Default) return options;
+
+  // What the thesis (section 4.3) and LA3DM have in common.
+  options.structure.blockDepth = 3;
+  options.structure.pruning = preset == BgkPreset::Thesis ? Pruning::State : Pruning::None;
+  options.structure.priorAlpha = 0.001;
+  options.structure.priorBeta = 0.001;
+  BgkInference& inference = options.inference;
+  inference.trainingPoints = TrainingPoints::Centroids;
+  inference.freeSpace = FreeSpace::Samples;
+  inference.freeResolution = 0.5;
+  inference.hitDownsampling = 0.1;
+  inference.freeMargin = 0.0;
+  inference.freeWeight = 1.0;
+  inference.protectHits = 0;
+  inference.considerInvalidRangesAsFreeSpace = false;
+  if (preset == BgkPreset::Thesis)
+  {
+    inference.kernelSupport = 0.3;
+    inference.kernelScale = 10.0;
+  }
+  else
+  {
+    inference.kernelSupport = 0.2;
+    inference.kernelScale = 1.0;
+    inference.freeDownsampling = 0.1;
+  }
+  return options;
+}
+
+}  // namespace lamap

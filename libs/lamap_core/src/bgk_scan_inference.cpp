@@ -1,0 +1,500 @@
+#include <lamap_core/bgk_scan_inference.h>
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+
+namespace lamap
+{
+namespace
+{
+constexpr int kEdge = kScanBlockEdge;
+
+/// Kernels and stencils in cells, for one set of options.
+struct Weights
+{
+  Weights(const BgkInference& options, double resolution_m, bool isPlanar)
+      : inference(options),
+        resolution(resolution_m),
+        planar(isPlanar),
+        kernel(options.kernel, *options.kernelSupport / resolution_m, options.kernelScale),
+        hitStencil(kernel, 1.0, isPlanar)
+  {
+    if (options.freeWeight > 0) freeStencil.emplace(kernel, options.freeWeight, isPlanar);
+  }
+
+  [[nodiscard]] bool areFor(const BgkInference& options, double resolution_m, bool isPlanar) const
+  {
+    return options == inference && resolution_m == resolution && isPlanar == planar;
+  }
+
+  BgkInference inference;
+  double resolution;
+  bool planar;
+  Kernel kernel;
+  CellStencil hitStencil;
+  std::optional<CellStencil> freeStencil;
+};
+
+/// First and last cell of a block that carry a mark, along each axis; nothing if none does.
+std::optional<std::pair<CellIndex, CellIndex>> markedBox(const BlockMasks& masks)
+{
+  uint64_t all = 0;
+  int zFirst = kEdge;
+  int zLast = -1;
+  for (int z = 0; z < kEdge; ++z)
+  {
+    const uint64_t word = masks.hit[static_cast<size_t>(z)] | masks.free[static_cast<size_t>(z)];
+    if (word == 0) continue;
+    all |= word;
+    zFirst = std::min(zFirst, z);
+    zLast = z;
+  }
+  if (all == 0) return std::nullopt;
+  uint64_t columns = all;
+  for (int shift = 32; shift >= 8; shift /= 2) columns |= columns >> shift;
+  columns &= 0xFF;
+  const int lowest = __builtin_ctzll(all);
+  const int highest = 63 - __builtin_clzll(all);
+  return std::make_pair(CellIndex{__builtin_ctzll(columns), lowest / kEdge, zFirst},
+                        CellIndex{63 - __builtin_clzll(columns), highest / kEdge, zLast});
+}
+
+BlockIndex operator+(const BlockIndex& a, const BlockIndex& b)
+{
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+
+template <typename Visit>
+void forEachBlock(const BlockIndex& low, const BlockIndex& high, Visit&& visit)
+{
+  for (int32_t z = low.z; z <= high.z; ++z)
+  {
+    for (int32_t y = low.y; y <= high.y; ++y)
+    {
+      for (int32_t x = low.x; x <= high.x; ++x) visit(BlockIndex{x, y, z});
+    }
+  }
+}
+
+}  // namespace
+
+BlockAdder::BlockAdder(const BlockShape& shape)
+    : shape_(shape), dense_(shape), added_(shape.cellCount()), touched_(shape.maskWords())
+{
+}
+
+void BlockAdder::clear()
+{
+  std::fill(touched_.begin(), touched_.end(), uint64_t{0});
+}
+
+bool BlockAdder::any() const
+{
+  return std::any_of(touched_.begin(), touched_.end(), [](uint64_t word) { return word != 0; });
+}
+
+void BlockAdder::addTo(EvidenceBlock& block, const OctantMerger& merger)
+{
+  if (!merger && block.addInPlace(shape_, touched_.data(), added_.data())) return;
+  block.unpack(shape_, dense_);
+  for (size_t word = 0; word < touched_.size(); ++word)
+  {
+    for (uint64_t rest = touched_[word]; rest != 0; rest &= rest - 1)
+    {
+      const auto offset = static_cast<uint32_t>(word * 64 + static_cast<size_t>(__builtin_ctzll(rest)));
+      dense_.occupied[offset] += added_[offset].occupied;
+      dense_.free[offset] += added_[offset].free;
+      if ((dense_.occupied[offset] | dense_.free[offset]) >> 63)
+        throw std::overflow_error("the evidence of a cell would pass 2^63 units");
+      dense_.setObserved(offset);
+    }
+  }
+  block.pack(shape_, dense_, merger);
+}
+
+class BgkScanInference::Implementation
+{
+ public:
+  RayCounts addScan(const Scan& scan, const BgkInference& inference, const BgkStructure& structure,
+                    int32_t layer, unsigned threads, const MergerForBlock& mergerFor, BlockGrid& grid);
+
+ private:
+  /// Working memory of one thread.
+  struct Worker
+  {
+    explicit Worker(const BlockShape& shape) : adder(shape) {}
+    BlockSums occupied;
+    BlockSums free;
+    BlockAdder adder;
+    MaskNeighbourhood neighbourhood;
+    std::vector<std::pair<BlockIndex, EvidenceBlock>> created;
+  };
+  /// The scan blocks that share a block of the map, or hold several.
+  struct Group
+  {
+    BlockIndex place;  ///< in blocks of max(map block, scan block)
+    uint32_t begin;
+    uint32_t end;
+  };
+
+  void findTargets();
+  void addTargetsAround(const BlockIndex& block, const CellIndex& first, const CellIndex& last);
+  void addTargetsAround(const std::vector<Eigen::Vector3d>& points, BlockLists& lists);
+  void addTargetsAround(const std::vector<FreeSegment>& segments);
+  void addTargetsBetween(const Eigen::Vector3d& low, const Eigen::Vector3d& high, BlockLists& lists,
+                         uint32_t item);
+  void groupTargets(int log2GroupEdge);
+  void sumBlock(size_t target, Worker& worker) const;
+  bool addCells(const CellStencil& stencil, CellMask BlockMasks::*mask, const BlockIndex& block,
+                Worker& worker, BlockSums& sums) const;
+  void addGroup(const Group& group, Worker& worker, const MergerForBlock& mergerFor, BlockGrid& grid) const;
+  [[nodiscard]] BlockPlace placeOf(const BlockIndex& target) const;
+  [[nodiscard]] CellIndex firstCellOf(const BlockIndex& target) const;
+
+  BgkTrainer trainer_;
+  std::optional<Weights> weights_;
+  const TrainingSet* training_ = nullptr;
+  std::optional<ScanFrame> frame_;
+  int32_t layer_ = 0;
+  ScanBlocks targets_;
+  BlockLists hitLists_;
+  BlockLists freeLists_;
+  std::vector<uint32_t> order_;
+  std::vector<Group> groups_;
+  WeightScale pointScale_{1.0, 1.0};
+};
+
+BgkScanInference::BgkScanInference() : implementation_(std::make_unique<Implementation>()) {}
+BgkScanInference::~BgkScanInference() = default;
+
+RayCounts BgkScanInference::addScan(const Scan& scan, const BgkInference& inference,
+                                    const BgkStructure& structure, int32_t layer, unsigned threads,
+                                    const MergerForBlock& mergerFor, BlockGrid& grid)
+{
+  return implementation_->addScan(scan, inference, structure, layer, threads, mergerFor, grid);
+}
+
+RayCounts BgkScanInference::Implementation::addScan(const Scan& scan, const BgkInference& inference,
+                                                    const BgkStructure& structure, int32_t layer,
+                                                    unsigned threads, const MergerForBlock& mergerFor,
+                                                    BlockGrid& grid)
+{
+  const bool wantsFree = inference.freeSpace != FreeSpace::None;
+  SelectedRays rays =
+      selectRays(scan, {inference.minRange, inference.maxRange,
+                        inference.considerInvalidRangesAsFreeSpace && wantsFree, inference.rayDecimation});
+  std::optional<CellIndex> anchor;
+  for (const SelectedFan& fan : rays.fans)
+  {
+    if (!anchor && fan.origin_map.allFinite()) anchor = cellAt(fan.origin_map, structure.resolution);
+  }
+  if (!anchor) anchor = CellIndex{};
+  if (structure.planar) anchor->z = layer;
+  frame_.emplace(structure.resolution, *anchor, structure.planar);
+  layer_ = layer;
+  if (!weights_ || !weights_->areFor(inference, structure.resolution, structure.planar))
+    weights_.emplace(inference, structure.resolution, structure.planar);
+
+  const auto work = [&]
+  {
+    training_ = &trainer_.train(rays, inference, *frame_, structure.planar, structure.resolution, threads);
+    findTargets();
+    groupTargets(std::max(kScanBlockLog2Edge, grid.shape().log2Edge()));
+
+    tbb::enumerable_thread_specific<Worker> workers([&] { return Worker(grid.shape()); });
+    if (threads <= 1)
+    {
+      for (const Group& group : groups_) addGroup(group, workers.local(), mergerFor, grid);
+    }
+    else
+    {
+      tbb::parallel_for(tbb::blocked_range<size_t>(0, groups_.size(), 8),
+                        [&](const tbb::blocked_range<size_t>& range)
+                        {
+                          Worker& worker = workers.local();
+                          for (size_t i = range.begin(); i != range.end(); ++i)
+                            addGroup(groups_[i], worker, mergerFor, grid);
+                        });
+    }
+    for (Worker& worker : workers)
+    {
+      for (auto& [index, block] : worker.created) grid.findOrCreate(index) = std::move(block);
+    }
+  };
+  if (threads <= 1)
+    work();
+  else
+    tbb::task_arena(static_cast<int>(threads)).execute(work);
+  return rays.counts;
+}
+
+CellIndex BgkScanInference::Implementation::firstCellOf(const BlockIndex& target) const
+{
+  const CellIndex& anchor = frame_->anchor();
+  const BlockOffset offset(anchor);
+  return {anchor.x - offset.x + target.x * kEdge, anchor.y - offset.y + target.y * kEdge,
+          anchor.z - offset.z + target.z * kEdge};
+}
+
+BlockPlace BgkScanInference::Implementation::placeOf(const BlockIndex& target) const
+{
+  const BlockOffset offset(frame_->anchor());
+  BlockPlace place;
+  place.firstCell = {static_cast<double>(target.x * kEdge - offset.x),
+                     static_cast<double>(target.y * kEdge - offset.y),
+                     static_cast<double>(target.z * kEdge - offset.z)};
+  place.planar = weights_->planar;
+  place.layer = offset.z - target.z * kEdge;
+  return place;
+}
+
+void BgkScanInference::Implementation::findTargets()
+{
+  const int farthest = static_cast<int>(weights_->kernel.support()) + 2;
+  const int blocks = farthest / kEdge + 1;
+  const BlockIndex& low = training_->blocks.low();
+  const BlockIndex& high = training_->blocks.high();
+  targets_.reset({low.x - blocks, low.y - blocks, low.z - blocks},
+                 {high.x + blocks, high.y + blocks, high.z + blocks});
+  hitLists_.clear();
+  freeLists_.clear();
+
+  for (size_t i = 0; i < training_->masks.size(); ++i)
+  {
+    if (const auto box = markedBox(training_->masks[i]))
+      addTargetsAround(training_->blocks.blocks()[i], box->first, box->second);
+  }
+  addTargetsAround(training_->hitPoints, hitLists_);
+  addTargetsAround(training_->freePoints, freeLists_);
+  addTargetsAround(training_->freeSegments);
+  hitLists_.sort(targets_.blocks().size());
+  freeLists_.sort(targets_.blocks().size());
+
+  const auto points = static_cast<double>(training_->hitPoints.size() + training_->freePoints.size() +
+                                          training_->freeSegments.size());
+  pointScale_ =
+      WeightScale(weights_->kernel.scale() * std::max(1.0, weights_->inference.freeWeight), points + 1.0);
+}
+
+void BgkScanInference::Implementation::addTargetsAround(const BlockIndex& block, const CellIndex& first,
+                                                        const CellIndex& last)
+{
+  const int reach = weights_->hitStencil.reach();
+  const int reachZ = weights_->planar ? 0 : reach;
+  const BlockIndex low{(first.x - reach) >> kScanBlockLog2Edge, (first.y - reach) >> kScanBlockLog2Edge,
+                       (first.z - reachZ) >> kScanBlockLog2Edge};
+  const BlockIndex high{(last.x + reach) >> kScanBlockLog2Edge, (last.y + reach) >> kScanBlockLog2Edge,
+                        (last.z + reachZ) >> kScanBlockLog2Edge};
+  forEachBlock(block + low, block + high,
+               [&](const BlockIndex& target) { (void)targets_.findOrAdd(target); });
+}
+
+void BgkScanInference::Implementation::addTargetsBetween(const Eigen::Vector3d& low,
+                                                         const Eigen::Vector3d& high, BlockLists& lists,
+                                                         uint32_t item)
+{
+  const BlockOffset offset(frame_->anchor());
+  const auto blockAt = [&](const Eigen::Vector3d& local)
+  {
+    return BlockIndex{(localCell(local.x()) + offset.x) >> kScanBlockLog2Edge,
+                      (localCell(local.y()) + offset.y) >> kScanBlockLog2Edge,
+                      weights_->planar ? offset.z >> kScanBlockLog2Edge
+                                       : (localCell(local.z()) + offset.z) >> kScanBlockLog2Edge};
+  };
+  forEachBlock(blockAt(low), blockAt(high),
+               [&](const BlockIndex& target) { lists.add(targets_.findOrAdd(target), item); });
+}
+
+void BgkScanInference::Implementation::addTargetsAround(const std::vector<Eigen::Vector3d>& points,
+                                                        BlockLists& lists)
+{
+  // The centre of a cell within the support stands half a cell from the cell's faces.
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(weights_->kernel.support());
+  for (size_t i = 0; i < points.size(); ++i)
+    addTargetsBetween(points[i] - reach, points[i] + reach, lists, static_cast<uint32_t>(i));
+}
+
+void BgkScanInference::Implementation::addTargetsAround(const std::vector<FreeSegment>& segments)
+{
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(weights_->kernel.support());
+  for (size_t i = 0; i < segments.size(); ++i)
+  {
+    // Piece by piece of about a block's length. A block that two pieces reach must list the ray once.
+    const FreeSegment& segment = segments[i];
+    const Eigen::Vector3d ray = segment.end - segment.begin;
+    const int pieces = static_cast<int>(ray.norm() / kEdge) + 1;
+    BlockLists& lists = freeLists_;
+    for (int piece = 0; piece < pieces; ++piece)
+    {
+      const Eigen::Vector3d p = segment.begin + ray * (static_cast<double>(piece) / pieces);
+      const Eigen::Vector3d q = segment.begin + ray * (static_cast<double>(piece + 1) / pieces);
+      const Eigen::Vector3d wider = reach.array() + 1e-6;
+      addTargetsBetween(p.cwiseMin(q) - wider, p.cwiseMax(q) + wider, lists, static_cast<uint32_t>(i));
+    }
+  }
+}
+
+/// Sorts the targets so that those which share a block of the map stand together.
+void BgkScanInference::Implementation::groupTargets(int log2GroupEdge)
+{
+  const std::vector<BlockIndex>& targets = targets_.blocks();
+  const auto groupOf = [&](uint32_t target)
+  {
+    const CellIndex cell = firstCellOf(targets[target]);
+    return BlockIndex{cell.x >> log2GroupEdge, cell.y >> log2GroupEdge, cell.z >> log2GroupEdge};
+  };
+  order_.resize(targets.size());
+  for (uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
+  if (log2GroupEdge > kScanBlockLog2Edge)
+  {
+    std::sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) { return groupOf(a) < groupOf(b); });
+  }
+  groups_.clear();
+  for (uint32_t i = 0; i < order_.size(); ++i)
+  {
+    const BlockIndex place = groupOf(order_[i]);
+    if (groups_.empty() || !(groups_.back().place == place)) groups_.push_back({place, i, i});
+    groups_.back().end = i + 1;
+  }
+}
+
+bool BgkScanInference::Implementation::addCells(const CellStencil& stencil, CellMask BlockMasks::*mask,
+                                                const BlockIndex& block, Worker& worker,
+                                                BlockSums& sums) const
+{
+  MaskNeighbourhood& neighbourhood = worker.neighbourhood;
+  neighbourhood.blocksEachWay = std::max(1, stencil.blocksEachWay());
+  neighbourhood.masks.clear();
+  const int n = neighbourhood.blocksEachWay;
+  bool any = false;
+  forEachBlock({block.x - n, block.y - n, block.z - n}, {block.x + n, block.y + n, block.z + n},
+               [&](const BlockIndex& neighbour)
+               {
+                 const int32_t number = training_->blocks.find(neighbour);
+                 const bool there = number >= 0 && static_cast<size_t>(number) < training_->masks.size();
+                 neighbourhood.masks.push_back(there ? &(training_->masks[static_cast<size_t>(number)].*mask)
+                                                     : nullptr);
+                 any = any || there;
+               });
+  return any && stencil.addUp(neighbourhood, sums);
+}
+
+/// The sums of one scan block, in worker.occupied and worker.free, in units of cell evidence.
+void BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker) const
+{
+  const BlockIndex& block = targets_.blocks()[target];
+  worker.occupied.fill(0);
+  worker.free.fill(0);
+  const auto round = [](const WeightScale& scale, BlockSums& sums)
+  {
+    for (int64_t& sum : sums) sum = static_cast<int64_t>(scale.evidence(sum));
+  };
+
+  if (weights_->inference.trainingPoints == TrainingPoints::Cells)
+  {
+    if (addCells(weights_->hitStencil, &BlockMasks::hit, block, worker, worker.occupied))
+      round(weights_->hitStencil.scale(), worker.occupied);
+    if (weights_->freeStencil &&
+        addCells(*weights_->freeStencil, &BlockMasks::free, block, worker, worker.free))
+      round(weights_->freeStencil->scale(), worker.free);
+  }
+  const BlockPlace place = placeOf(block);
+  const WeightedKernel hitWeights{weights_->kernel, 1.0, pointScale_};
+  bool any = false;
+  for (const uint32_t i : hitLists_.of(target))
+    any |= addPoint(hitWeights, training_->hitPoints[i], place, worker.occupied);
+  if (any) round(pointScale_, worker.occupied);
+
+  const WeightedKernel freeWeights{weights_->kernel, weights_->inference.freeWeight, pointScale_};
+  any = false;
+  if (training_->freeSegments.empty())
+  {
+    for (const uint32_t i : freeLists_.of(target))
+      any |= addPoint(freeWeights, training_->freePoints[i], place, worker.free);
+  }
+  else
+  {
+    uint32_t last = UINT32_MAX;
+    for (const uint32_t i : freeLists_.of(target))
+    {
+      if (i != last) any |= addSegment(freeWeights, training_->freeSegments[i], place, worker.free);
+      last = i;
+    }
+  }
+  if (any) round(pointScale_, worker.free);
+
+  const int32_t number = training_->blocks.find(block);
+  if (number < 0 || static_cast<size_t>(number) >= training_->masks.size()) return;
+  const CellMask& protectedHit = training_->masks[static_cast<size_t>(number)].protectedHit;
+  for (size_t z = 0; z < kEdge; ++z)
+  {
+    for (uint64_t rest = protectedHit[z]; rest != 0; rest &= rest - 1)
+      worker.free[z * kEdge * kEdge + static_cast<size_t>(__builtin_ctzll(rest))] = 0;
+  }
+}
+
+void BgkScanInference::Implementation::addGroup(const Group& group, Worker& worker,
+                                                const MergerForBlock& mergerFor, BlockGrid& grid) const
+{
+  const BlockShape& shape = grid.shape();
+  const auto finish = [&](const BlockIndex& index)
+  {
+    if (!worker.adder.any()) return;
+    if (EvidenceBlock* block = grid.find(index))
+      worker.adder.addTo(*block, mergerFor(index));
+    else
+    {
+      worker.created.emplace_back(index, EvidenceBlock{});
+      worker.adder.addTo(worker.created.back().second, mergerFor(index));
+    }
+  };
+
+  const int part = std::min(kEdge, shape.edge());  // of a scan block that one block of the map holds
+  const int partZ = shape.planar() ? 1 : part;
+  const bool several = part < kEdge || shape.planar();
+  worker.adder.clear();
+  for (uint32_t i = group.begin; i < group.end; ++i)
+  {
+    const size_t target = order_[i];
+    sumBlock(target, worker);
+    const CellIndex first = firstCellOf(targets_.blocks()[target]);
+    for (int z0 = 0; z0 < kEdge; z0 += partZ)
+    {
+      if (shape.planar() && first.z + z0 != layer_) continue;
+      for (int y0 = 0; y0 < kEdge; y0 += part)
+      {
+        for (int x0 = 0; x0 < kEdge; x0 += part)
+        {
+          if (several && shape.edge() <= kEdge) worker.adder.clear();
+          for (int z = z0; z < z0 + partZ; ++z)
+          {
+            for (int y = y0; y < y0 + part; ++y)
+            {
+              for (int x = x0; x < x0 + part; ++x)
+              {
+                const auto cell = static_cast<size_t>((z * kEdge + y) * kEdge + x);
+                const Evidence evidence{static_cast<uint64_t>(worker.occupied[cell]),
+                                        static_cast<uint64_t>(worker.free[cell])};
+                if (evidence.any())
+                  worker.adder.set(shape.offsetOf({first.x + x, first.y + y, first.z + z}), evidence);
+              }
+            }
+          }
+          if (several && shape.edge() <= kEdge)
+            finish(grid.blockOf({first.x + x0, first.y + y0, first.z + z0}));
+        }
+      }
+    }
+  }
+  if (several && shape.edge() <= kEdge) return;
+  const CellIndex first = firstCellOf(targets_.blocks()[order_[group.begin]]);
+  finish(grid.blockOf({first.x, first.y, shape.planar() ? layer_ : first.z}));
+}
+
+}  // namespace lamap

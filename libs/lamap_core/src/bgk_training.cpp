@@ -1,0 +1,379 @@
+#include <lamap_core/bgk_training.h>
+
+#include <tbb/parallel_for.h>
+#include <tsl/robin_map.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace lamap
+{
+namespace
+{
+/// A ray in the scan's frame [cells]; free from the origin as far as freeLength.
+struct TrainingRay
+{
+  Eigen::Vector3d origin;
+  Eigen::Vector3d direction;  ///< of length 1
+  double freeLength;          ///< < 0: the ray has no free part
+};
+
+/// Points of one group, to be averaged.
+struct Group
+{
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  uint32_t count = 0;
+
+  [[nodiscard]] Eigen::Vector3d mean() const { return sum / count; }
+};
+
+/// Three signed 21-bit coordinates in one number.
+uint64_t packKey(int64_t x, int64_t y, int64_t z)
+{
+  constexpr uint64_t kMask = (uint64_t{1} << 21) - 1;
+  return (static_cast<uint64_t>(x) & kMask) | (static_cast<uint64_t>(y) & kMask) << 21 |
+         (static_cast<uint64_t>(z) & kMask) << 42;
+}
+
+uint64_t cellKey(const Eigen::Vector3d& local)
+{
+  return packKey(localCell(local.x()), localCell(local.y()), localCell(local.z()));
+}
+
+struct KeyHash
+{
+  [[nodiscard]] size_t operator()(uint64_t key) const noexcept
+  {
+    key *= 0x9E3779B97F4A7C15ULL;
+    return static_cast<size_t>(key ^ (key >> 32));
+  }
+};
+
+/// Groups points by a key, in the order of each group's first point.
+class PointGroups
+{
+ public:
+  void clear()
+  {
+    numbers_.clear();
+    groups_.clear();
+  }
+
+  void add(uint64_t key, const Eigen::Vector3d& point)
+  {
+    if (groups_.empty() || key != lastKey_)
+    {
+      const auto [entry, added] = numbers_.emplace(key, static_cast<uint32_t>(groups_.size()));
+      if (added) groups_.emplace_back().first = point;
+      lastKey_ = key;
+      lastNumber_ = entry->second;
+    }
+    Group& group = groups_[lastNumber_];
+    group.sum += point;
+    ++group.count;
+  }
+
+  [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
+
+ private:
+  tsl::robin_map<uint64_t, uint32_t, KeyHash> numbers_;
+  std::vector<Group> groups_;
+  uint64_t lastKey_ = 0;
+  uint32_t lastNumber_ = 0;
+};
+
+/// A bounding box of cells relative to the anchor.
+struct CellBounds
+{
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e18);
+  Eigen::Vector3d high = Eigen::Vector3d::Constant(-1e18);
+
+  void extend(const Eigen::Vector3d& point)
+  {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
+  }
+};
+
+BlockIndex blockOfLocal(const Eigen::Vector3d& local, const BlockOffset& offset)
+{
+  return {(localCell(local.x()) + offset.x) >> kScanBlockLog2Edge,
+          (localCell(local.y()) + offset.y) >> kScanBlockLog2Edge,
+          (localCell(local.z()) + offset.z) >> kScanBlockLog2Edge};
+}
+
+/// Marks cells in the masks of the blocks that hold them; the last block is remembered, for rays walk on.
+class MaskMarker
+{
+ public:
+  MaskMarker(ScanBlocks& blocks, std::vector<BlockMasks>& masks, const BlockOffset& offset)
+      : blocks_(blocks), masks_(masks), offset_(offset)
+  {
+  }
+
+  template <CellMask BlockMasks::*kMask>
+  void mark(int32_t localX, int32_t localY, int32_t localZ)
+  {
+    const int32_t x = localX + offset_.x;
+    const int32_t y = localY + offset_.y;
+    const int32_t z = localZ + offset_.z;
+    const BlockIndex block{x >> kScanBlockLog2Edge, y >> kScanBlockLog2Edge, z >> kScanBlockLog2Edge};
+    if (number_ < 0 || !(block == last_))
+    {
+      number_ = blocks_.findOrAdd(block);
+      last_ = block;
+      if (static_cast<size_t>(number_) >= masks_.size()) masks_.resize(static_cast<size_t>(number_) + 1);
+    }
+    constexpr int32_t kLow = kScanBlockEdge - 1;
+    (masks_[static_cast<size_t>(number_)].*kMask)[static_cast<size_t>(z & kLow)] |=
+        uint64_t{1} << ((y & kLow) * kScanBlockEdge + (x & kLow));
+  }
+
+  /// Marks the cells of the ray's free samples.
+  void markFreeSamples(const TrainingRay& ray, double step)
+  {
+    if (ray.freeLength < 0) return;
+    const auto last = static_cast<int64_t>(ray.freeLength / step);
+    for (int64_t i = 0; i <= last; ++i)
+    {
+      const double t = static_cast<double>(i) * step;
+      if (t > ray.freeLength) break;  // the division rounded up
+      mark<&BlockMasks::free>(localCell(ray.origin.x() + t * ray.direction.x()),
+                              localCell(ray.origin.y() + t * ray.direction.y()),
+                              localCell(ray.origin.z() + t * ray.direction.z()));
+    }
+  }
+
+ private:
+  ScanBlocks& blocks_;
+  std::vector<BlockMasks>& masks_;
+  BlockOffset offset_;
+  BlockIndex last_;
+  int32_t number_ = -1;
+};
+
+}  // namespace
+
+struct BgkTrainer::Workspace
+{
+  /// Free cells marked by one of several threads.
+  struct Marks
+  {
+    ScanBlocks blocks;
+    std::vector<BlockMasks> masks;
+  };
+
+  TrainingSet set;
+  std::vector<TrainingRay> rays;
+  PointGroups groups;
+  PointGroups rawHits;
+  std::vector<Marks> marks;
+  CellBounds bounds;
+
+  void collectFan(SelectedFan& fan, const BgkInference& options, const ScanFrame& frame, bool planar,
+                  double resolution_m, RayCounts& counts);
+  void addRays(const Eigen::Vector3d& origin, double margin);
+  void markHits(const BgkInference& options, const BlockOffset& offset);
+  void markFreeCells(double step, const BlockOffset& offset, unsigned threads);
+  void sampleFreePoints(double step, double downsampling_cells, const CellIndex& anchor);
+  void openWindow(const BlockOffset& offset);
+};
+
+namespace
+{
+/** Key of the group a point belongs to: its cell, its voxel of `edge`, or one of its own.
+ * @param edge [cells]; 0: a group a point */
+uint64_t groupKey(const Eigen::Vector3d& local, TrainingPoints kind, double edge, const CellIndex& anchor,
+                  size_t ordinal)
+{
+  if (kind == TrainingPoints::Cells || edge == 1.0) return cellKey(local);
+  if (edge == 0.0) return ordinal;
+  // Voxels are counted from the map's origin, not from the anchor.
+  const auto voxel = [&](double coordinate, int32_t anchorCell)
+  {
+    const double first = std::floor(anchorCell / edge);
+    return static_cast<int64_t>(std::floor((anchorCell + coordinate) / edge) - first);
+  };
+  return packKey(voxel(local.x(), anchor.x), voxel(local.y(), anchor.y), voxel(local.z(), anchor.z));
+}
+
+}  // namespace
+
+void BgkTrainer::Workspace::addRays(const Eigen::Vector3d& origin, double margin)
+{
+  for (const Group& group : groups.groups())
+  {
+    const Eigen::Vector3d ray = group.mean() - origin;
+    const double length = ray.norm();
+    if (length > 0) rays.push_back({origin, ray / length, length - margin});
+  }
+}
+
+void BgkTrainer::Workspace::collectFan(SelectedFan& fan, const BgkInference& options, const ScanFrame& frame,
+                                       bool planar, double resolution_m, RayCounts& counts)
+{
+  const auto localOrigin = frame.toLocal(fan.origin_map);
+  const auto forEachEnd = [&](const std::vector<Eigen::Vector3d>& ends, size_t& used, auto&& visit)
+  {
+    size_t ordinal = 0;
+    for (const Eigen::Vector3d& end : ends)
+    {
+      const auto local = localOrigin ? frame.toLocal(end) : std::nullopt;
+      if (!local || (planar && *local == *localOrigin))
+      {
+        --used;
+        ++(local ? counts.tooNear : counts.outside);
+        continue;
+      }
+      bounds.extend(*local);
+      visit(*local, ordinal++);
+    }
+  };
+
+  const double hitEdge = *options.hitDownsampling / resolution_m;
+  const bool asCells = options.trainingPoints == TrainingPoints::Cells;
+  groups.clear();
+  forEachEnd(fan.hitEnds_map, counts.hits,
+             [&](const Eigen::Vector3d& local, size_t ordinal)
+             {
+               groups.add(groupKey(local, options.trainingPoints, hitEdge, frame.anchor(), ordinal), local);
+               if (asCells || options.protectHits > 0) rawHits.add(cellKey(local), local);
+             });
+  if (!asCells)
+  {
+    for (const Group& group : groups.groups()) set.hitPoints.push_back(group.mean());
+  }
+  if (localOrigin)
+  {
+    bounds.extend(*localOrigin);
+    addRays(*localOrigin, *options.freeMargin / resolution_m);
+  }
+
+  groups.clear();
+  forEachEnd(fan.freeEnds_map, counts.freeOnly,
+             [&](const Eigen::Vector3d& local, size_t ordinal) {
+               groups.add(groupKey(local, options.trainingPoints, hitEdge, frame.anchor(), ordinal), local);
+             });
+  if (localOrigin) addRays(*localOrigin, 0.0);
+}
+
+void BgkTrainer::Workspace::openWindow(const BlockOffset& offset)
+{
+  if (bounds.low.x() > bounds.high.x()) bounds.extend(Eigen::Vector3d::Zero());
+  // A sample may round across the face of its ray's last cell.
+  bounds.low.array() -= 1.0;
+  bounds.high.array() += 1.0;
+  set.blocks.reset(blockOfLocal(bounds.low, offset), blockOfLocal(bounds.high, offset));
+}
+
+void BgkTrainer::Workspace::markHits(const BgkInference& options, const BlockOffset& offset)
+{
+  const bool asCells = options.trainingPoints == TrainingPoints::Cells;
+  MaskMarker marker(set.blocks, set.masks, offset);
+  for (const Group& group : rawHits.groups())
+  {
+    const int32_t x = localCell(group.first.x());
+    const int32_t y = localCell(group.first.y());
+    const int32_t z = localCell(group.first.z());
+    if (asCells) marker.mark<&BlockMasks::hit>(x, y, z);
+    if (options.protectHits > 0 && group.count >= options.protectHits)
+      marker.mark<&BlockMasks::protectedHit>(x, y, z);
+  }
+}
+
+void BgkTrainer::Workspace::markFreeCells(double step, const BlockOffset& offset, unsigned threads)
+{
+  constexpr size_t kRaysWorthAThread = 256;
+  const size_t workers = std::min<size_t>(threads, rays.size() / kRaysWorthAThread + 1);
+  const auto markRange = [&](ScanBlocks& blocks, std::vector<BlockMasks>& masks, size_t begin, size_t end)
+  {
+    MaskMarker marker(blocks, masks, offset);
+    for (size_t i = begin; i < end; ++i) marker.markFreeSamples(rays[i], step);
+  };
+  if (workers == 1) return markRange(set.blocks, set.masks, 0, rays.size());
+
+  if (marks.size() < workers) marks.resize(workers);
+  tbb::parallel_for(size_t{0}, workers,
+                    [&](size_t worker)
+                    {
+                      Marks& own = marks[worker];
+                      own.blocks.reset(blockOfLocal(bounds.low, offset), blockOfLocal(bounds.high, offset));
+                      own.masks.clear();
+                      markRange(own.blocks, own.masks, rays.size() * worker / workers,
+                                rays.size() * (worker + 1) / workers);
+                    });
+  for (size_t worker = 0; worker < workers; ++worker)
+  {
+    const std::vector<BlockIndex>& blocks = marks[worker].blocks.blocks();
+    for (size_t i = 0; i < blocks.size(); ++i)
+    {
+      const auto number = static_cast<size_t>(set.blocks.findOrAdd(blocks[i]));
+      if (number >= set.masks.size()) set.masks.resize(number + 1);
+      for (size_t z = 0; z < kScanBlockEdge; ++z) set.masks[number].free[z] |= marks[worker].masks[i].free[z];
+    }
+  }
+}
+
+void BgkTrainer::Workspace::sampleFreePoints(double step, double downsampling_cells, const CellIndex& anchor)
+{
+  groups.clear();
+  for (const TrainingRay& ray : rays)
+  {
+    for (int64_t i = 0;; ++i)
+    {
+      const double t = static_cast<double>(i) * step;
+      if (t > ray.freeLength) break;
+      const Eigen::Vector3d point = ray.origin + t * ray.direction;
+      if (downsampling_cells > 0)
+        groups.add(groupKey(point, TrainingPoints::Centroids, downsampling_cells, anchor, 0), point);
+      else
+        set.freePoints.push_back(point);
+    }
+  }
+  for (const Group& group : groups.groups()) set.freePoints.push_back(group.mean());
+}
+
+BgkTrainer::BgkTrainer() : workspace_(std::make_unique<Workspace>()) {}
+BgkTrainer::~BgkTrainer() = default;
+
+const TrainingSet& BgkTrainer::train(SelectedRays& selected, const BgkInference& options,
+                                     const ScanFrame& frame, bool planar, double resolution_m,
+                                     unsigned threads)
+{
+  Workspace& work = *workspace_;
+  TrainingSet& set = work.set;
+  set.masks.clear();
+  set.hitPoints.clear();
+  set.freePoints.clear();
+  set.freeSegments.clear();
+  work.rays.clear();
+  work.rawHits.clear();
+  work.bounds = {};
+  for (SelectedFan& fan : selected.fans)
+    work.collectFan(fan, options, frame, planar, resolution_m, selected.counts);
+
+  const BlockOffset offset(frame.anchor());
+  work.openWindow(offset);
+  work.markHits(options, offset);
+  const double step = *options.freeResolution / resolution_m;
+  if (options.freeSpace == FreeSpace::Samples && options.freeWeight > 0)
+  {
+    if (options.trainingPoints == TrainingPoints::Cells)
+      work.markFreeCells(step, offset, threads);
+    else
+      work.sampleFreePoints(step, options.freeDownsampling / resolution_m, frame.anchor());
+  }
+  if (options.freeSpace == FreeSpace::Line && options.freeWeight > 0)
+  {
+    for (const TrainingRay& ray : work.rays)
+    {
+      if (ray.freeLength >= 0)
+        set.freeSegments.push_back({ray.origin, ray.origin + ray.freeLength * ray.direction});
+    }
+  }
+  return set;
+}
+
+}  // namespace lamap

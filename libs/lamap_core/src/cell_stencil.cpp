@@ -1,0 +1,211 @@
+#include <lamap_core/cell_stencil.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lamap
+{
+namespace
+{
+constexpr int kEdge = kScanBlockEdge;
+
+/// Spreads 8 bits over the 8 bytes of a word.
+constexpr std::array<uint64_t, 256> makeByteLanes()
+{
+  std::array<uint64_t, 256> lanes{};
+  for (uint32_t bits = 0; bits < 256; ++bits)
+  {
+    for (uint32_t i = 0; i < 8; ++i) lanes[bits] |= static_cast<uint64_t>(bits >> i & 1u) << (8 * i);
+  }
+  return lanes;
+}
+constexpr std::array<uint64_t, 256> kByteLanes = makeByteLanes();
+
+double offsetsWithin(double support)
+{
+  const double edge = 2 * std::ceil(support) + 1;
+  return edge * edge * edge;
+}
+
+/// Bits of the rows of cells around a block, `reach` cells farther than the block on every side.
+class PaddedRows
+{
+ public:
+  PaddedRows(const MaskNeighbourhood& neighbourhood, int reach) : reach_(reach), edge_(kEdge + 2 * reach)
+  {
+    for (int z = -reach; z < kEdge + reach; ++z)
+    {
+      const int dz = z < 0 ? -1 : z >= kEdge;
+      for (int dy = -1; dy <= 1; ++dy)
+      {
+        const CellMask* left = neighbourhood.at(-1, dy, dz);
+        const CellMask* middle = neighbourhood.at(0, dy, dz);
+        const CellMask* right = neighbourhood.at(1, dy, dz);
+        const auto word = static_cast<size_t>(z & (kEdge - 1));
+        const uint64_t leftBits = left ? (*left)[word] : 0;
+        const uint64_t middleBits = middle ? (*middle)[word] : 0;
+        const uint64_t rightBits = right ? (*right)[word] : 0;
+        const int yBegin = dy < 0 ? kEdge - reach : 0;
+        const int yEnd = dy > 0 ? reach : kEdge;
+        for (int y = yBegin; y < yEnd; ++y)
+        {
+          const uint32_t row = rowBits(leftBits, middleBits, rightBits, y);
+          rows_[index(dy * kEdge + y, z)] = row;
+          any_ |= row;
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] bool any() const { return any_ != 0; }
+  [[nodiscard]] uint32_t at(int y, int z) const { return rows_[index(y, z)]; }
+  [[nodiscard]] uint32_t at(size_t i) const { return rows_[i]; }
+  [[nodiscard]] size_t count() const { return static_cast<size_t>(edge_ * edge_); }
+  [[nodiscard]] size_t index(int y, int z) const
+  {
+    return static_cast<size_t>((z + reach_) * edge_ + y + reach_);
+  }
+
+ private:
+  [[nodiscard]] uint32_t rowBits(uint64_t left, uint64_t middle, uint64_t right, int y) const
+  {
+    const int shift = y * kEdge;
+    const auto byte = [shift](uint64_t word) { return static_cast<uint32_t>(word >> shift & 0xFF); };
+    return byte(left) >> (kEdge - reach_) | byte(middle) << reach_ |
+           (byte(right) & ((1u << reach_) - 1)) << (reach_ + kEdge);
+  }
+
+  static constexpr size_t kMaxEdge = 3 * kEdge;
+  int reach_;
+  int edge_;
+  uint32_t any_ = 0;
+  std::array<uint32_t, kMaxEdge * kMaxEdge> rows_;
+};
+
+}  // namespace
+
+CellStencil::CellStencil(const Kernel& kernel, double factor, bool planar)
+    : scale_(kernel.scale() * factor, offsetsWithin(kernel.support()))
+{
+  const double squaredSupport = kernel.support() * kernel.support();
+  while (static_cast<double>(reach_ + 1) < kernel.support()) ++reach_;
+  const int dzMax = planar ? 0 : reach_;
+  for (int dz = -dzMax; dz <= dzMax; ++dz)
+  {
+    for (int dy = -reach_; dy <= reach_; ++dy)
+    {
+      int extent = -1;
+      while (extent < reach_ && (extent + 1) * (extent + 1) + dy * dy + dz * dz < squaredSupport) ++extent;
+      if (extent >= 0) rows_.push_back({dy, dz, extent});
+    }
+  }
+  for (int squared = 0; squared < squaredSupport; ++squared)
+    weights_.push_back(scale_.quantized(factor * kernel.atSquaredDistance(squared)));
+  classSizes_.assign(weights_.size(), 0);
+  for (const Row& row : rows_)
+  {
+    for (int dx = -row.extent; dx <= row.extent; ++dx)
+      ++classSizes_[static_cast<size_t>(dx * dx + row.dy * row.dy + row.dz * row.dz)];
+  }
+  countable_ = reach_ <= kEdge && *std::max_element(classSizes_.begin(), classSizes_.end()) <= 255;
+}
+
+bool CellStencil::addUp(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const
+{
+  return countable_ ? addByCounting(neighbourhood, sums) : addByCell(neighbourhood, sums);
+}
+
+/** Counts, for every cell of the block, the marked cells at each squared distance, a row of 8 cells in the
+ * bytes of a word; then weighs the counts. */
+bool CellStencil::addByCounting(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const
+{
+  const PaddedRows rows(neighbourhood, reach_);
+  if (!rows.any()) return false;
+
+  constexpr size_t kRows = kEdge * kEdge;
+  constexpr size_t kMaxEdge = 3 * kEdge;
+  // Byte i: how many of the cells i − j and i + j of the row are marked (j = 0: whether cell i is).
+  std::array<uint64_t, kMaxEdge * kMaxEdge> pairs;
+  std::vector<uint64_t> counts(weights_.size() * kRows, 0);
+  for (int j = 0; j <= reach_; ++j)
+  {
+    for (size_t i = 0; i < rows.count(); ++i)
+    {
+      const uint32_t bits = rows.at(i);
+      pairs[i] = kByteLanes[bits >> (reach_ - j) & 0xFF];
+      if (j > 0) pairs[i] += kByteLanes[bits >> (reach_ + j) & 0xFF];
+    }
+    for (const Row& row : rows_)
+    {
+      if (j > row.extent) continue;
+      uint64_t* const count = &counts[static_cast<size_t>(j * j + row.dy * row.dy + row.dz * row.dz) * kRows];
+      for (int z = 0; z < kEdge; ++z)
+      {
+        const uint64_t* const from = &pairs[rows.index(row.dy, z + row.dz)];
+        for (int y = 0; y < kEdge; ++y) count[z * kEdge + y] += from[y];
+      }
+    }
+  }
+
+  bool any = false;
+  for (size_t row = 0; row < kRows; ++row)
+  {
+    uint64_t anyCount = 0;
+    for (size_t squared = 0; squared < weights_.size(); ++squared) anyCount |= counts[squared * kRows + row];
+    if (anyCount == 0) continue;
+    any = true;
+    int64_t* const out = &sums[row * kEdge];
+    for (size_t squared = 0; squared < weights_.size(); ++squared)
+    {
+      const uint64_t lanes = counts[squared * kRows + row];
+      const int64_t weight = weights_[squared];
+      for (int x = 0; x < kEdge; ++x) out[x] += weight * static_cast<int64_t>(lanes >> (8 * x) & 0xFF);
+    }
+  }
+  return any;
+}
+
+/// Spreads every marked cell over the block.
+bool CellStencil::addByCell(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const
+{
+  bool any = false;
+  const auto spread = [&](int x, int y, int z)  // relative to the block's first cell
+  {
+    for (const Row& row : rows_)
+    {
+      const int toY = y + row.dy;
+      const int toZ = z + row.dz;
+      if (toY < 0 || toY >= kEdge || toZ < 0 || toZ >= kEdge) continue;
+      const int begin = std::max(0, x - row.extent);
+      const int end = std::min(kEdge - 1, x + row.extent);
+      for (int toX = begin; toX <= end; ++toX)
+      {
+        sums[static_cast<size_t>((toZ * kEdge + toY) * kEdge + toX)] += weight(toX - x, row.dy, row.dz);
+        any = true;
+      }
+    }
+  };
+  const int n = neighbourhood.blocksEachWay;
+  for (int dz = -n; dz <= n; ++dz)
+  {
+    for (int dy = -n; dy <= n; ++dy)
+    {
+      for (int dx = -n; dx <= n; ++dx)
+      {
+        const CellMask* mask = neighbourhood.at(dx, dy, dz);
+        if (!mask) continue;
+        for (int z = 0; z < kEdge; ++z)
+        {
+          for (uint64_t rest = (*mask)[static_cast<size_t>(z)]; rest != 0; rest &= rest - 1)
+          {
+            const int bit = __builtin_ctzll(rest);
+            spread(dx * kEdge + bit % kEdge, dy * kEdge + bit / kEdge, dz * kEdge + z);
+          }
+        }
+      }
+    }
+  }
+  return any;
+}
+
+}  // namespace lamap

@@ -1,0 +1,131 @@
+#include <lamap_core/ray_selection.h>
+
+#include <lamap_core/legal_range.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lamap
+{
+namespace
+{
+/// Coordinates beyond this [m] are no places on a map; differences and squares of smaller ones are exact
+/// enough.
+constexpr double kMaxCoordinate_m = 1e12;
+
+bool isPlace(const Eigen::Vector3d& point)
+{
+  return (point.array().abs() <= kMaxCoordinate_m).all();  // false for NaN
+}
+
+/// Selects the rays of one fan.
+class FanSelector
+{
+ public:
+  FanSelector(const RayFan& fan, const RangeLimits& limits, RayCounts& counts)
+      : min_m_(std::max(limits.min_m, fan.statedRangeMin_m)),
+        max_m_(limits.max_m > 0 ? limits.max_m : fan.statedRangeMax_m),
+        noReturnIsFree_(limits.noReturnIsFree),
+        counts_(counts)
+  {
+    selected.origin_map = fan.origin_map;
+    if (!(max_m_ > 0)) max_m_ = std::numeric_limits<double>::infinity();
+  }
+
+  void addReturn(const Eigen::Vector3d& end)
+  {
+    if (!end.allFinite()) return count(counts_.notFinite);
+    if (!isPlace(end)) return count(counts_.outside);
+    const Eigen::Vector3d ray = end - selected.origin_map;
+    const double range = ray.norm();
+    if (!(range > 0) || range < min_m_) return count(counts_.tooNear);
+    if (range > max_m_)
+    {
+      selected.freeEnds_map.push_back(selected.origin_map + ray * (max_m_ / range));
+      return count(counts_.freeOnly);
+    }
+    selected.hitEnds_map.push_back(end);
+    count(counts_.hits);
+  }
+
+  void addNoReturn(const Eigen::Vector3d& direction)
+  {
+    const double length = direction.norm();
+    if (!std::isfinite(length)) return count(counts_.notFinite);
+    if (!(length > 0)) return count(counts_.tooNear);
+    if (!noReturnIsFree_ || !std::isfinite(max_m_)) return count(counts_.unbounded);
+    selected.freeEnds_map.push_back(selected.origin_map + direction * (max_m_ / length));
+    count(counts_.freeOnly);
+  }
+
+  SelectedFan selected;
+
+ private:
+  static void count(size_t& counter) { ++counter; }
+
+  double min_m_;
+  double max_m_;
+  bool noReturnIsFree_;
+  RayCounts& counts_;
+};
+
+}  // namespace
+
+RayCounts& RayCounts::operator+=(const RayCounts& other)
+{
+  hits += other.hits;
+  freeOnly += other.freeOnly;
+  decimated += other.decimated;
+  notFinite += other.notFinite;
+  tooNear += other.tooNear;
+  unbounded += other.unbounded;
+  outside += other.outside;
+  return *this;
+}
+
+SelectedRays selectRays(const Scan& scan, const RangeLimits& limits)
+{
+  requireLegal(limits.min_m >= 0 && std::isfinite(limits.min_m), "minRange", limits.min_m,
+               "a finite length >= 0");
+  requireLegal(limits.max_m >= 0 && std::isfinite(limits.max_m), "maxRange", limits.max_m,
+               "a finite length >= 0");
+  requireLegal(limits.decimation >= 1, "rayDecimation", limits.decimation, "a whole number >= 1");
+
+  SelectedRays rays;
+  uint32_t untilNext = 0;
+  const auto decimated = [&]
+  {
+    const bool skip = untilNext != 0;
+    untilNext = skip ? untilNext - 1 : limits.decimation - 1;
+    if (skip) ++rays.counts.decimated;
+    return skip;
+  };
+  for (const RayFan& fan : scan.fans)
+  {
+    FanSelector selector(fan, limits, rays.counts);
+    const bool usable = isPlace(fan.origin_map);
+    size_t& lost = fan.origin_map.allFinite() ? rays.counts.outside : rays.counts.notFinite;
+    selector.selected.hitEnds_map.reserve(fan.returns_map.size() / limits.decimation + 1);
+    for (const Eigen::Vector3d& end : fan.returns_map)
+    {
+      if (decimated()) continue;
+      if (usable)
+        selector.addReturn(end);
+      else
+        ++lost;
+    }
+    for (const Eigen::Vector3d& direction : fan.noReturnDirections_map)
+    {
+      if (decimated()) continue;
+      if (usable)
+        selector.addNoReturn(direction);
+      else
+        ++lost;
+    }
+    rays.fans.push_back(std::move(selector.selected));
+  }
+  return rays;
+}
+
+}  // namespace lamap

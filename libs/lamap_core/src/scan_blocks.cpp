@@ -1,0 +1,33 @@
+#include <lamap_core/scan_blocks.h>
+
+namespace lamap
+{
+void ScanBlocks::reset(const BlockIndex& low, const BlockIndex& high)
+{
+  if (dense_)
+  {
+    for (const BlockIndex& block : blocks_) window_[windowIndex(block)] = 0;
+  }
+  numbers_.clear();
+  blocks_.clear();
+
+  constexpr double kMaxDenseBlocks = 1 << 23;
+  const auto extent = [](int32_t from, int32_t to) { return static_cast<double>(to) - from + 1; };
+  dense_ = extent(low.x, high.x) * extent(low.y, high.y) * extent(low.z, high.z) <= kMaxDenseBlocks;
+  low_ = low;
+  high_ = high;
+  if (!dense_) return;
+  countX_ = static_cast<size_t>(high.x - low.x + 1);
+  countY_ = static_cast<size_t>(high.y - low.y + 1);
+  const size_t count = countX_ * countY_ * static_cast<size_t>(high.z - low.z + 1);
+  if (window_.size() < count) window_.resize(count, 0);
+}
+
+int32_t ScanBlocks::findOrAddHashed(const BlockIndex& block)
+{
+  const auto [entry, added] = numbers_.emplace(block, static_cast<int32_t>(blocks_.size()));
+  if (added) blocks_.push_back(block);
+  return entry->second;
+}
+
+}  // namespace lamap
