@@ -1,0 +1,113 @@
+#pragma once
+
+/** The one header that knows MRPT's versions: 2.5 (Debian 12), 2.14 (Debian 13), 2.15.
+ *
+ * Differences are detected by what a version has, not by its number, whose form changed too. Only what our
+ * code needs stands here.
+ */
+
+#include <mrpt/core/exceptions.h>
+#include <mrpt/maps/CMetricMap.h>
+#include <mrpt/obs/CObservationRotatingScan.h>
+
+#include <Eigen/Core>
+#include <exception>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+// MRPT 2.11.3 brought, all at once: NearestNeighborsCapable, the virtual CMetricMap::boundingBox(), and map
+// factories that return shared pointers.
+#if __has_include(<mrpt/maps/NearestNeighborsCapable.h>)
+#define LAMAP_MRPT_SINCE_2_11_3 1
+/// For methods that override one of CMetricMap since MRPT 2.11.3 and stand alone before.
+#define LAMAP_OVERRIDE_SINCE_2_11_3 override
+#include <mrpt/maps/NearestNeighborsCapable.h>
+#else
+#define LAMAP_MRPT_SINCE_2_11_3 0
+#define LAMAP_OVERRIDE_SINCE_2_11_3
+#endif
+
+namespace lamap::compat
+{
+/// What internal_CreateFromMapDefinition() of a map class returns.
+#if LAMAP_MRPT_SINCE_2_11_3
+using CreatedMap = mrpt::maps::CMetricMap::Ptr;
+#else
+using CreatedMap = mrpt::maps::CMetricMap*;
+#endif
+
+/// Hands a new map over in the form that this MRPT's factory takes; its caller owns it.
+[[nodiscard]] inline CreatedMap handOver(std::unique_ptr<mrpt::maps::CMetricMap> map)
+{
+#if LAMAP_MRPT_SINCE_2_11_3
+  return CreatedMap(std::move(map));
+#else
+  return map.release();
+#endif
+}
+
+/// What an exception says, without the source lines and call stack that MRPT's exceptions add to it.
+[[nodiscard]] std::string messageOf(const std::exception& error);
+
+namespace detail
+{
+template <typename T, typename = void>
+struct HasOrganizedPoints : std::false_type
+{
+};
+template <typename T>
+struct HasOrganizedPoints<T, std::void_t<decltype(std::declval<const T&>().organizedPoints)>> : std::true_type
+{
+};
+
+template <typename T, typename = void>
+struct CanBeExternallyStored : std::false_type
+{
+};
+template <typename T>
+struct CanBeExternallyStored<T, std::void_t<decltype(std::declval<const T&>().isExternallyStored())>>
+    : std::true_type
+{
+};
+}  // namespace detail
+
+/// CObservationRotatingScan stays in memory in MRPT 2.5 and may be stored externally later on.
+template <typename Rotating = mrpt::obs::CObservationRotatingScan>
+[[nodiscard]] bool isExternallyStored([[maybe_unused]] const Rotating& rotating)
+{
+  if constexpr (detail::CanBeExternallyStored<Rotating>::value)
+    return rotating.isExternallyStored();
+  else
+    return false;
+}
+
+/// Whether a rotating scan carries, or may carry in external storage, its points (never in MRPT 2.5).
+template <typename Rotating = mrpt::obs::CObservationRotatingScan>
+[[nodiscard]] bool hasOrganizedPoints([[maybe_unused]] const Rotating& rotating)
+{
+  if constexpr (detail::HasOrganizedPoints<Rotating>::value)
+    return isExternallyStored(rotating) || rotating.organizedPoints.size() != 0;
+  else
+    return false;
+}
+
+/// Calls visit(Eigen::Vector3d) for each organized point that has a range, in the sensor's frame.
+template <typename Visitor, typename Rotating = mrpt::obs::CObservationRotatingScan>
+void forEachOrganizedPoint([[maybe_unused]] const Rotating& rotating, [[maybe_unused]] const Visitor& visit)
+{
+  if constexpr (detail::HasOrganizedPoints<Rotating>::value)
+  {
+    const auto& points = rotating.organizedPoints;
+    if (points.rows() != rotating.rangeImage.rows() || points.cols() != rotating.rangeImage.cols())
+      throw std::runtime_error("its points and its range image differ in size");
+    for (int row = 0; row < points.rows(); ++row)
+      for (int column = 0; column < points.cols(); ++column)
+        if (rotating.rangeImage(row, column) != 0)
+          visit(Eigen::Vector3d(points(row, column).x, points(row, column).y, points(row, column).z));
+  }
+}
+
+}  // namespace lamap::compat
