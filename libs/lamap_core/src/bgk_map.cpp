@@ -117,19 +117,20 @@ BgkMap::BgkMap(BgkMap&&) noexcept = default;
 BgkMap& BgkMap::operator=(BgkMap&&) noexcept = default;
 BgkMap::~BgkMap() = default;
 
-OctantMerger BgkMap::mergerFor(const BlockIndex& block, const StateThresholds& thresholds) const
+OctantRule BgkMap::ruleFor(const BlockIndex& block, const StateThresholds& thresholds) const
 {
   switch (structure_.pruning)
   {
     case Pruning::None:
       return {};
     case Pruning::Lossless:
-      return mergeEqual;
+      return {Pruning::Lossless, mergeEqual};
     case Pruning::State:
       break;
   }
   const CellIndex first = grid_.firstCellOf(block);
-  return [this, first, thresholds](const DenseBlock& dense, uint32_t begin, uint32_t count, Evidence& merged)
+  const auto merger =
+      [this, first, thresholds](const DenseBlock& dense, uint32_t begin, uint32_t count, Evidence& merged)
   {
     const auto stateOf = [&](uint32_t offset, const Evidence& evidence)
     {
@@ -140,6 +141,7 @@ OctantMerger BgkMap::mergerFor(const BlockIndex& block, const StateThresholds& t
     };
     return mergeSameState(dense, begin, count, merged, stateOf);
   };
+  return {Pruning::State, merger};
 }
 
 RayCounts BgkMap::insert(const Scan& scan, const BgkInference& inference, unsigned threads)
@@ -148,7 +150,7 @@ RayCounts BgkMap::insert(const Scan& scan, const BgkInference& inference, unsign
   if (!inference_) inference_ = std::make_unique<BgkScanInference>();
   return inference_->addScan(
       scan, inference.resolved(structure_.resolution), structure_, planarLayer_, threadsOrAll(threads),
-      [&](const BlockIndex& block) { return mergerFor(block, inference.thresholds); }, grid_);
+      [&](const BlockIndex& block) { return ruleFor(block, inference.thresholds); }, grid_);
 }
 
 void BgkMap::merge(const BgkMap& other, const StateThresholds& thresholds)
@@ -171,7 +173,7 @@ void BgkMap::merge(const BgkMap& other, const StateThresholds& thresholds)
     {
       if (theirs.isObserved(offset)) adder.set(offset, theirs.at(offset));
     }
-    adder.addTo(grid_.findOrCreate(index), mergerFor(index, thresholds));
+    adder.addTo(grid_.findOrCreate(index), ruleFor(index, thresholds));
   }
 }
 
@@ -280,7 +282,7 @@ void BgkMap::addEvidence(const CellIndex& index, double alpha, double beta, cons
   BlockAdder adder(grid_.shape());
   adder.set(grid_.shape().offsetOf(cell), evidence);
   const BlockIndex block = grid_.blockOf(cell);
-  adder.addTo(grid_.findOrCreate(block), mergerFor(block, thresholds));
+  adder.addTo(grid_.findOrCreate(block), ruleFor(block, thresholds));
 }
 
 }  // namespace lamap

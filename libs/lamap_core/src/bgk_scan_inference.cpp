@@ -99,30 +99,39 @@ bool BlockAdder::any() const
   return std::any_of(touched_.begin(), touched_.end(), [](uint64_t word) { return word != 0; });
 }
 
-void BlockAdder::addTo(EvidenceBlock& block, const OctantMerger& merger)
+void BlockAdder::addTo(EvidenceBlock& block, const OctantRule& rule)
 {
-  if (!merger && block.addInPlace(shape_, touched_.data(), added_.data())) return;
+  // Where nothing is held once before or after, as in most blocks near surfaces, there is nothing to unpack.
+  const bool inPlace =
+      rule.pruning != Pruning::State && block.addInPlace(shape_, touched_.data(), added_.data());
+  if (inPlace && (rule.pruning == Pruning::None || !block.hasEqualOctant(shape_))) return;
   block.unpack(shape_, dense_);
+  if (!inPlace) addToDense();
+  block.pack(shape_, dense_, rule.merger);
+}
+
+void BlockAdder::addToDense()
+{
   for (size_t word = 0; word < touched_.size(); ++word)
   {
     for (uint64_t rest = touched_[word]; rest != 0; rest &= rest - 1)
     {
       const auto offset = static_cast<uint32_t>(word * 64 + static_cast<size_t>(__builtin_ctzll(rest)));
-      dense_.occupied[offset] += added_[offset].occupied;
-      dense_.free[offset] += added_[offset].free;
+      const bool observed = dense_.isObserved(offset);
+      dense_.occupied[offset] = (observed ? dense_.occupied[offset] : 0) + added_[offset].occupied;
+      dense_.free[offset] = (observed ? dense_.free[offset] : 0) + added_[offset].free;
       if ((dense_.occupied[offset] | dense_.free[offset]) >> 63)
         throw std::overflow_error("the evidence of a cell would pass 2^63 units");
       dense_.setObserved(offset);
     }
   }
-  block.pack(shape_, dense_, merger);
 }
 
 class BgkScanInference::Implementation
 {
  public:
   RayCounts addScan(const Scan& scan, const BgkInference& inference, const BgkStructure& structure,
-                    int32_t layer, unsigned threads, const MergerForBlock& mergerFor, BlockGrid& grid);
+                    int32_t layer, unsigned threads, const RuleForBlock& ruleFor, BlockGrid& grid);
 
  private:
   /// Working memory of one thread.
@@ -150,10 +159,12 @@ class BgkScanInference::Implementation
   void addTargetsBetween(const Eigen::Vector3d& low, const Eigen::Vector3d& high, BlockLists& lists,
                          uint32_t item);
   void groupTargets(int log2GroupEdge);
+  void tabulatePartOffsets(const BlockShape& shape);
   void sumBlock(size_t target, Worker& worker) const;
   bool addCells(const CellStencil& stencil, CellMask BlockMasks::*mask, const BlockIndex& block,
                 Worker& worker, BlockSums& sums) const;
-  void addGroup(const Group& group, Worker& worker, const MergerForBlock& mergerFor, BlockGrid& grid) const;
+  void addGroup(const Group& group, Worker& worker, const RuleForBlock& ruleFor, BlockGrid& grid) const;
+  void addPart(const CellIndex& from, int part, int partZ, uint32_t base, Worker& worker) const;
   [[nodiscard]] BlockPlace placeOf(const BlockIndex& target) const;
   [[nodiscard]] CellIndex firstCellOf(const BlockIndex& target) const;
 
@@ -167,6 +178,8 @@ class BgkScanInference::Implementation
   BlockLists freeLists_;
   std::vector<uint32_t> order_;
   std::vector<Group> groups_;
+  std::array<uint32_t, kScanBlockCells>
+      partOffsets_{};  ///< Morton numbers of cells (x, y, z), at (z·8 + y)·8 + x
   WeightScale pointScale_{1.0, 1.0};
 };
 
@@ -175,14 +188,14 @@ BgkScanInference::~BgkScanInference() = default;
 
 RayCounts BgkScanInference::addScan(const Scan& scan, const BgkInference& inference,
                                     const BgkStructure& structure, int32_t layer, unsigned threads,
-                                    const MergerForBlock& mergerFor, BlockGrid& grid)
+                                    const RuleForBlock& ruleFor, BlockGrid& grid)
 {
-  return implementation_->addScan(scan, inference, structure, layer, threads, mergerFor, grid);
+  return implementation_->addScan(scan, inference, structure, layer, threads, ruleFor, grid);
 }
 
 RayCounts BgkScanInference::Implementation::addScan(const Scan& scan, const BgkInference& inference,
                                                     const BgkStructure& structure, int32_t layer,
-                                                    unsigned threads, const MergerForBlock& mergerFor,
+                                                    unsigned threads, const RuleForBlock& ruleFor,
                                                     BlockGrid& grid)
 {
   const bool wantsFree = inference.freeSpace != FreeSpace::None;
@@ -205,12 +218,13 @@ RayCounts BgkScanInference::Implementation::addScan(const Scan& scan, const BgkI
   {
     training_ = &trainer_.train(rays, inference, *frame_, structure.planar, structure.resolution, threads);
     findTargets();
+    tabulatePartOffsets(grid.shape());
     groupTargets(std::max(kScanBlockLog2Edge, grid.shape().log2Edge()));
 
     tbb::enumerable_thread_specific<Worker> workers([&] { return Worker(grid.shape()); });
     if (threads <= 1)
     {
-      for (const Group& group : groups_) addGroup(group, workers.local(), mergerFor, grid);
+      for (const Group& group : groups_) addGroup(group, workers.local(), ruleFor, grid);
     }
     else
     {
@@ -219,7 +233,7 @@ RayCounts BgkScanInference::Implementation::addScan(const Scan& scan, const BgkI
                         {
                           Worker& worker = workers.local();
                           for (size_t i = range.begin(); i != range.end(); ++i)
-                            addGroup(groups_[i], worker, mergerFor, grid);
+                            addGroup(groups_[i], worker, ruleFor, grid);
                         });
     }
     for (Worker& worker : workers)
@@ -340,6 +354,23 @@ void BgkScanInference::Implementation::addTargetsAround(const std::vector<FreeSe
   }
 }
 
+void BgkScanInference::Implementation::tabulatePartOffsets(const BlockShape& shape)
+{
+  const int part = std::min(kEdge, shape.edge());
+  const int partZ = shape.planar() ? 1 : part;
+  for (int z = 0; z < partZ; ++z)
+  {
+    for (int y = 0; y < part; ++y)
+    {
+      for (int x = 0; x < part; ++x)
+      {
+        partOffsets_[static_cast<size_t>((z * kEdge + y) * kEdge + x)] =
+            shape.offsetOfLocal(static_cast<uint32_t>(x), static_cast<uint32_t>(y), static_cast<uint32_t>(z));
+      }
+    }
+  }
+}
+
 /// Sorts the targets so that those which share a block of the map stand together.
 void BgkScanInference::Implementation::groupTargets(int log2GroupEdge)
 {
@@ -440,61 +471,75 @@ void BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker) c
 }
 
 void BgkScanInference::Implementation::addGroup(const Group& group, Worker& worker,
-                                                const MergerForBlock& mergerFor, BlockGrid& grid) const
+                                                const RuleForBlock& ruleFor, BlockGrid& grid) const
 {
   const BlockShape& shape = grid.shape();
-  const auto finish = [&](const BlockIndex& index)
+  BlockAdder& adder = worker.adder;
+  const auto finish = [&](const CellIndex& cell)
   {
-    if (!worker.adder.any()) return;
+    if (!adder.any()) return;
+    const BlockIndex index = grid.blockOf(cell);
     if (EvidenceBlock* block = grid.find(index))
-      worker.adder.addTo(*block, mergerFor(index));
+      adder.addTo(*block, ruleFor(index));
     else
     {
       worker.created.emplace_back(index, EvidenceBlock{});
-      worker.adder.addTo(worker.created.back().second, mergerFor(index));
+      adder.addTo(worker.created.back().second, ruleFor(index));
     }
+    adder.clear();
   };
 
-  const int part = std::min(kEdge, shape.edge());  // of a scan block that one block of the map holds
-  const int partZ = shape.planar() ? 1 : part;
-  const bool several = part < kEdge || shape.planar();
-  worker.adder.clear();
+  // The part of a scan block that one block of the map holds; a larger block of the map holds all of a group.
+  const int part = std::min(kEdge, shape.edge());
+  const bool holdsGroup = shape.edge() > kEdge;
+  adder.clear();
+  CellIndex first;
   for (uint32_t i = group.begin; i < group.end; ++i)
   {
     const size_t target = order_[i];
     sumBlock(target, worker);
-    const CellIndex first = firstCellOf(targets_.blocks()[target]);
-    for (int z0 = 0; z0 < kEdge; z0 += partZ)
+    first = firstCellOf(targets_.blocks()[target]);
+    const int zBegin = shape.planar() ? layer_ - first.z : 0;
+    const int zEnd = shape.planar() ? zBegin + 1 : kEdge;
+    const int partZ = shape.planar() ? 1 : part;
+    first.z += zBegin;
+    for (int z = zBegin; z < zEnd; z += partZ)
     {
-      if (shape.planar() && first.z + z0 != layer_) continue;
-      for (int y0 = 0; y0 < kEdge; y0 += part)
+      for (int y = 0; y < kEdge; y += part)
       {
-        for (int x0 = 0; x0 < kEdge; x0 += part)
+        for (int x = 0; x < kEdge; x += part)
         {
-          if (several && shape.edge() <= kEdge) worker.adder.clear();
-          for (int z = z0; z < z0 + partZ; ++z)
-          {
-            for (int y = y0; y < y0 + part; ++y)
-            {
-              for (int x = x0; x < x0 + part; ++x)
-              {
-                const auto cell = static_cast<size_t>((z * kEdge + y) * kEdge + x);
-                const Evidence evidence{static_cast<uint64_t>(worker.occupied[cell]),
-                                        static_cast<uint64_t>(worker.free[cell])};
-                if (evidence.any())
-                  worker.adder.set(shape.offsetOf({first.x + x, first.y + y, first.z + z}), evidence);
-              }
-            }
-          }
-          if (several && shape.edge() <= kEdge)
-            finish(grid.blockOf({first.x + x0, first.y + y0, first.z + z0}));
+          const CellIndex corner{first.x + x, first.y + y, first.z + z - zBegin};
+          addPart({x, y, z}, part, partZ, shape.offsetOf(corner), worker);
+          if (!holdsGroup) finish(corner);
         }
       }
     }
   }
-  if (several && shape.edge() <= kEdge) return;
-  const CellIndex first = firstCellOf(targets_.blocks()[order_[group.begin]]);
-  finish(grid.blockOf({first.x, first.y, shape.planar() ? layer_ : first.z}));
+  if (holdsGroup) finish(first);
+}
+
+/** Hands the evidence of a part of a scan block to the adder.
+ * @param from first cell of the part in the scan block; @param base Morton number of that cell in the map's
+ * block */
+void BgkScanInference::Implementation::addPart(const CellIndex& from, int part, int partZ, uint32_t base,
+                                               Worker& worker) const
+{
+  for (int z = 0; z < partZ; ++z)
+  {
+    for (int y = 0; y < part; ++y)
+    {
+      const auto row = static_cast<size_t>(((from.z + z) * kEdge + from.y + y) * kEdge + from.x);
+      const auto partRow = static_cast<size_t>((z * kEdge + y) * kEdge);
+      for (int x = 0; x < part; ++x)
+      {
+        const size_t i = row + static_cast<size_t>(x);
+        const Evidence evidence{static_cast<uint64_t>(worker.occupied[i]),
+                                static_cast<uint64_t>(worker.free[i])};
+        if (evidence.any()) worker.adder.set(base | partOffsets_[partRow + static_cast<size_t>(x)], evidence);
+      }
+    }
+  }
 }
 
 }  // namespace lamap

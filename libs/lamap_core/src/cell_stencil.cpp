@@ -107,6 +107,11 @@ CellStencil::CellStencil(const Kernel& kernel, double factor, bool planar)
     for (int dx = -row.extent; dx <= row.extent; ++dx)
       ++classSizes_[static_cast<size_t>(dx * dx + row.dy * row.dy + row.dz * row.dz)];
   }
+  for (size_t squared = 0; squared < weights_.size(); ++squared)
+  {
+    fullLanes_.push_back(classSizes_[squared] * 0x0101010101010101u);
+    fullSum_ += classSizes_[squared] * weights_[squared];
+  }
   countable_ = reach_ <= kEdge && *std::max_element(classSizes_.begin(), classSizes_.end()) <= 255;
 }
 
@@ -151,10 +156,21 @@ bool CellStencil::addByCounting(const MaskNeighbourhood& neighbourhood, BlockSum
   for (size_t row = 0; row < kRows; ++row)
   {
     uint64_t anyCount = 0;
-    for (size_t squared = 0; squared < weights_.size(); ++squared) anyCount |= counts[squared * kRows + row];
+    uint64_t notFull = 0;
+    for (size_t squared = 0; squared < weights_.size(); ++squared)
+    {
+      const uint64_t lanes = counts[squared * kRows + row];
+      anyCount |= lanes;
+      notFull |= lanes ^ fullLanes_[squared];
+    }
     if (anyCount == 0) continue;
     any = true;
     int64_t* const out = &sums[row * kEdge];
+    if (notFull == 0)  // the inside of free space
+    {
+      for (int x = 0; x < kEdge; ++x) out[x] += fullSum_;
+      continue;
+    }
     for (size_t squared = 0; squared < weights_.size(); ++squared)
     {
       const uint64_t lanes = counts[squared * kRows + row];

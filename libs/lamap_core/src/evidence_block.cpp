@@ -135,13 +135,6 @@ CellIndex BlockShape::localOf(uint32_t offset) const
   return local;
 }
 
-void DenseBlock::clear()
-{
-  std::fill(observed.begin(), observed.end(), uint64_t{0});
-  std::fill(occupied.begin(), occupied.end(), uint64_t{0});
-  std::fill(free.begin(), free.end(), uint64_t{0});
-}
-
 Evidence EvidenceBlock::at(const BlockShape& shape, uint32_t offset) const
 {
   if (words_.empty() || !bitAt(observedMask(), offset)) return {};
@@ -152,10 +145,26 @@ Evidence EvidenceBlock::at(const BlockShape& shape, uint32_t offset) const
   return leaf(shape, rank);
 }
 
+uint32_t EvidenceBlock::leafCells(const BlockShape& shape, uint32_t begin) const
+{
+  const uint64_t* observed = observedMask();
+  const uint64_t* first = leafMask(shape);
+  const auto cells = static_cast<uint32_t>(shape.cellCount());
+  const auto branching = static_cast<uint32_t>(shape.branching());
+  uint32_t count = 1;
+  while (count * branching <= cells && begin % (count * branching) == 0 && bitAt(observed, begin + count) &&
+         !bitAt(first, begin + count))
+    count *= branching;
+  return count;
+}
+
 void EvidenceBlock::unpack(const BlockShape& shape, DenseBlock& dense) const
 {
-  dense.clear();
-  if (words_.empty()) return;
+  if (words_.empty())
+  {
+    std::fill(dense.observed.begin(), dense.observed.end(), uint64_t{0});
+    return;
+  }
   std::copy_n(observedMask(), shape.maskWords(), dense.observed.begin());
   visitLeaves(shape,
               [&](uint32_t first, uint32_t count, const Evidence& evidence)
@@ -200,6 +209,24 @@ bool EvidenceBlock::addInPlace(const BlockShape& shape, const uint64_t* touched,
   forEachTouched([](uint64_t& value, const Evidence& evidence)
                  { value += evidence.occupied | evidence.free << 32; });
   return true;
+}
+
+bool EvidenceBlock::hasEqualOctant(const BlockShape& shape) const
+{
+  const auto branching = static_cast<uint32_t>(shape.branching());
+  const uint64_t octantBits = (uint64_t{1} << branching) - 1;
+  const uint64_t* observed = observedMask();
+  const uint64_t* value = leaves(shape);
+  const auto cells = static_cast<uint32_t>(shape.cellCount());
+  for (uint32_t begin = 0; begin < cells; begin += branching)
+  {
+    const uint64_t octant = observed[begin >> 6] >> (begin & 63) & octantBits;
+    if (octant == octantBits &&
+        std::all_of(value + 1, value + branching, [&](uint64_t v) { return v == *value; }))
+      return true;
+    value += countBits(octant);
+  }
+  return false;
 }
 
 void EvidenceBlock::pack(const BlockShape& shape, const DenseBlock& dense, const OctantMerger& merger)

@@ -13,6 +13,7 @@
 namespace lamap
 {
 class BgkScanInference;
+struct OctantRule;
 
 /** BGK occupancy map: Bayesian generalized kernel inference (thesis chapter 4) on a grid of test-data
  * octrees.
@@ -88,8 +89,7 @@ class BgkMap
   [[nodiscard]] std::array<double, 2> priorOf(const CellIndex& index) const;
 
  private:
-  /// How octants of a block are held once; empty: they are not.
-  [[nodiscard]] OctantMerger mergerFor(const BlockIndex& block, const StateThresholds& thresholds) const;
+  [[nodiscard]] OctantRule ruleFor(const BlockIndex& block, const StateThresholds& thresholds) const;
   [[nodiscard]] CellEstimate estimate(const std::array<double, 2>& prior, const Evidence& evidence,
                                       const StateThresholds& thresholds) const;
 

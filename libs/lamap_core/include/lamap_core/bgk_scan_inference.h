@@ -11,8 +11,13 @@
 
 namespace lamap
 {
-/// What decides how octants of a block are held once: made for one block of the map.
-using MergerForBlock = std::function<OctantMerger(const BlockIndex& block)>;
+/// How octants of one block of the map are held once.
+struct OctantRule
+{
+  Pruning pruning = Pruning::None;
+  OctantMerger merger;  ///< empty for Pruning::None
+};
+using RuleForBlock = std::function<OctantRule(const BlockIndex& block)>;
 
 /** Adds ȳ and k̄ − ȳ of one scan (thesis eq. 4.5, 4.6) to the cells of a grid; keeps its working memory
  * between scans.
@@ -31,7 +36,7 @@ class BgkScanInference
    *  @param threads ≥ 1
    *  @throws std::overflow_error if a count would pass 2^63 */
   RayCounts addScan(const Scan& scan, const BgkInference& inference, const BgkStructure& structure,
-                    int32_t layer, unsigned threads, const MergerForBlock& mergerFor, BlockGrid& grid);
+                    int32_t layer, unsigned threads, const RuleForBlock& ruleFor, BlockGrid& grid);
 
  private:
   class Implementation;
@@ -53,9 +58,11 @@ class BlockAdder
   }
   [[nodiscard]] bool any() const;
   /// @throws std::overflow_error if a count would pass 2^63; the block is unchanged then.
-  void addTo(EvidenceBlock& block, const OctantMerger& merger);
+  void addTo(EvidenceBlock& block, const OctantRule& rule);
 
  private:
+  void addToDense();
+
   BlockShape shape_;
   DenseBlock dense_;
   std::vector<Evidence> added_;

@@ -62,6 +62,8 @@ class CellStencil
   std::vector<Row> rows_;
   std::vector<int64_t> weights_;      ///< by squared distance [cells²]
   std::vector<uint32_t> classSizes_;  ///< how many offsets have that squared distance
+  std::vector<uint64_t> fullLanes_;   ///< classSizes_ in each byte: counts where all cells around are marked
+  int64_t fullSum_ = 0;               ///< the sum there
   bool countable_ = false;  ///< counts of every class fit in a byte, and the reach in a neighbour block
 };
 

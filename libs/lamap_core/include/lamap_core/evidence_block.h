@@ -81,7 +81,6 @@ struct DenseBlock
       : observed(shape.maskWords()), occupied(shape.cellCount()), free(shape.cellCount())
   {
   }
-  void clear();
   [[nodiscard]] bool isObserved(uint32_t offset) const { return observed[offset >> 6] >> (offset & 63) & 1; }
   void setObserved(uint32_t offset) { observed[offset >> 6] |= uint64_t{1} << (offset & 63); }
   [[nodiscard]] Evidence at(uint32_t offset) const { return {occupied[offset], free[offset]}; }
@@ -110,6 +109,9 @@ class EvidenceBlock
    * @param touched  bit mask of the cells, by Morton number; @param added[offset] read where touched
    * @return false, with nothing changed, where the block is otherwise or a count would pass 2^32. */
   bool addInPlace(const BlockShape& shape, const uint64_t* touched, const Evidence* added);
+
+  /// In a block that is neither pruned nor wide: are all cells of some finest octant observed and equal?
+  [[nodiscard]] bool hasEqualOctant(const BlockShape& shape) const;
 
   /** Packs every cell by itself, then holds octants once from the finest level up.
    * @param merger decides; empty: no octant is held once. */
@@ -141,6 +143,9 @@ class EvidenceBlock
   {
     return words_.data() + (pruned_ ? 2 : 1) * shape.maskWords();
   }
+  /// Number of cells of the leaf that begins there: the largest octant none of whose other cells begins a
+  /// leaf.
+  [[nodiscard]] uint32_t leafCells(const BlockShape& shape, uint32_t begin) const;
   [[nodiscard]] Evidence leaf(const BlockShape& shape, size_t rank) const
   {
     const uint64_t* values = leaves(shape);
@@ -157,28 +162,16 @@ template <typename Visitor>
 void EvidenceBlock::visitLeaves(const BlockShape& shape, Visitor&& visit) const
 {
   if (words_.empty()) return;
-  const uint64_t* observed = observedMask();
   const uint64_t* first = leafMask(shape);
   size_t rank = 0;
-  uint32_t leafBegin = 0;
-  uint32_t leafCells = 0;
-  const auto finish = [&]
+  for (size_t word = 0; word < shape.maskWords(); ++word)
   {
-    if (leafCells > 0) visit(leafBegin, leafCells, leaf(shape, rank++));
-    leafCells = 0;
-  };
-  for (uint32_t offset = 0; offset < shape.cellCount(); ++offset)
-  {
-    const uint64_t bit = uint64_t{1} << (offset & 63);
-    if (!(observed[offset >> 6] & bit)) continue;
-    if (first[offset >> 6] & bit)
+    for (uint64_t rest = first[word]; rest != 0; rest &= rest - 1)
     {
-      finish();
-      leafBegin = offset;
+      const auto begin = static_cast<uint32_t>(word * 64 + static_cast<size_t>(__builtin_ctzll(rest)));
+      visit(begin, pruned_ ? leafCells(shape, begin) : 1u, leaf(shape, rank++));
     }
-    ++leafCells;
   }
-  finish();
 }
 
 }  // namespace lamap
