@@ -21,7 +21,7 @@
 namespace lamap
 {
 struct EndPoints;
-struct OccupiedCells;
+class OccupiedCells;
 struct ObservedBox;
 
 /** What every learned occupancy map of this library gives, whatever its learner.
@@ -88,9 +88,9 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public mrpt::system::COutputL
    * @throws std::invalid_argument if the point is beyond what cells can address. */
   virtual void updateVoxel(double x, double y, double z, bool occupied) = 0;
 
-  /// creationOpts, insertOpts, likelihoodOpts, renderOpts as they hold for this map, lengths in cells
-  /// resolved.
-  using VisitGroup = std::function<void(const TOptionGroup& now, const TOptionGroup& untouched)>;
+  /** Calls the visitor for creationOpts, insertOpts, likelihoodOpts and renderOpts: as they hold for this
+   * map, lengths in cells resolved, and a new group of the same class, which the visitor may change. */
+  using VisitGroup = std::function<void(const TOptionGroup& now, TOptionGroup& untouched)>;
   virtual void visitOptionGroups(const VisitGroup& visit) const = 0;
 
   /// Every option of every group as text.
@@ -200,7 +200,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public mrpt::system::COutputL
   float squareDistanceToClosestCorrespondence(float x0, float y0) const override;
 
   /// Of all cells with evidence [m]; MRPT's empty box if there is none.
-  mrpt::math::TBoundingBoxf boundingBox() const LAMAP_OVERRIDE_BOUNDING_BOX;
+  mrpt::math::TBoundingBoxf boundingBox() const LAMAP_OVERRIDE_SINCE_2_11_3;
 
   void auxParticleFilterCleanUp() override;
 

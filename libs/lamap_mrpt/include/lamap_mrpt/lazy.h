@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <utility>
+
+namespace lamap
+{
+/** Something derived from its owner that is made when it is first asked for.
+ *
+ * get() may be called from several threads; reset() belongs to whoever changes the owner. A copy starts
+ * empty: it has another owner. */
+template <typename T>
+class Lazy
+{
+ public:
+  Lazy() = default;
+  Lazy(const Lazy&) {}
+  Lazy& operator=(const Lazy&)
+  {
+    reset();
+    return *this;
+  }
+
+  /** @param isCurrent says whether what was made before may still be used.
+   *  @param make returns a std::shared_ptr<const T>; called by one thread at a time. */
+  template <typename IsCurrent, typename Make>
+  [[nodiscard]] std::shared_ptr<const T> get(IsCurrent&& isCurrent, Make&& make) const
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!made_ || !isCurrent(*made_)) made_ = make();
+    return made_;
+  }
+
+  void reset()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    made_.reset();
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  mutable std::shared_ptr<const T> made_;
+};
+
+}  // namespace lamap

@@ -1,0 +1,384 @@
+#include <lamap_mrpt/CBGKMap.h>
+
+#include <lamap_mrpt/bgk_map_content.h>
+#include <lamap_mrpt/map_file.h>
+#include <lamap_mrpt/map_sections.h>
+#include <lamap_mrpt/payload.h>
+
+#include <cstdio>
+#include <stdexcept>
+
+namespace lamap
+{
+IMPLEMENTS_SERIALIZABLE(CBGKMap, mrpt::maps::CMetricMap, lamap)
+MAP_DEFINITION_REGISTER("bgkMap,lamap::CBGKMap", lamap::CBGKMap)
+
+namespace
+{
+/// Stands after the macros: registering before the class's own static data is there would go wrong.
+struct Registration
+{
+  Registration() { mrpt::rtti::registerClass(CLASS_ID(lamap::CBGKMap)); }
+} const registration;
+
+constexpr uint8_t kFormatVersion = 1;
+constexpr double kMetresMost = 1e6;
+
+/// α and β of another map as prior.
+std::shared_ptr<const BgkMap> loadPrior(const std::string& path)
+{
+  const auto map = loadMapFile(path);
+  const auto bgk = std::dynamic_pointer_cast<const CBGKMap>(map);
+  if (!bgk)
+    throw std::invalid_argument("creationOpts.priorMap = \"" + path + "\" is a " +
+                                map->GetRuntimeClass()->className + "; legal is a file of a lamap::CBGKMap");
+  return std::make_shared<const BgkMap>(bgk->core());
+}
+
+std::string inUnits(double number, const char* format)
+{
+  char text[48];
+  std::snprintf(text, sizeof(text), format, number);
+  return text;
+}
+}  // namespace
+
+// ---- Options
+// ---------------------------------------------------------------------------------------------------------
+
+const OptionTable& CBGKMap::TCreationOptions::optionTable() const
+{
+  using Self = TCreationOptions;
+  static const OptionTable table =
+      OptionTable("creationOpts")
+          .add<Self>("preset", &Self::preset, OptionTable::Traits::oneOf({"default", "thesis", "la3dm"}),
+                     "named set of options, applied before all others")
+          .add<Self>("resolution", &Self::resolution, {"m", {1e-4, 1e4}}, "edge of a finest cell")
+          .add<Self>("blockDepth", &Self::blockDepth, {"", {2, 6}}, "a block is 2^(blockDepth-1) cells wide")
+          .add<Self>("pruning", &Self::pruning, OptionTable::Traits::oneOf({"none", "lossless", "state"}),
+                     "when the cells of an octant are held once")
+          .add<Self>("planar", &Self::planar, {},
+                     "one layer of cells, distances in the plane: for 2D sensors")
+          .add<Self>("planarHeight", &Self::planarHeight, {"m", {-1e13, 1e13}},
+                     "height in the layer of a planar map")
+          .add<Self>("priorAlpha", &Self::priorAlpha, {"", {0, 1e6, false}},
+                     "pseudo-count for occupied of every cell")
+          .add<Self>("priorBeta", &Self::priorBeta, {"", {0, 1e6, false}},
+                     "pseudo-count for free of every cell")
+          .add<Self>("priorMap", &Self::priorMap, {},
+                     "map file whose cells are the prior where they have evidence");
+  return table;
+}
+
+std::vector<std::string> CBGKMap::TCreationOptions::foreignFlags() const
+{
+  return genericMapKeys();
+}
+
+const OptionTable& CBGKMap::TInsertionOptions::optionTable() const
+{
+  using Self = TInsertionOptions;
+  const LegalRange aboveZero{0, kMetresMost, false};
+  const LegalRange fromZero{0, kMetresMost};
+  const LegalRange fraction{0, 1};
+  static const OptionTable table =
+      OptionTable("insertOpts")
+          .add<Self>("freeSpace", &Self::freeSpace, OptionTable::Traits::oneOf({"samples", "line", "none"}),
+                     "where a ray says free: points along it, its nearest point to each cell, nowhere")
+          .add<Self>("freeResolution", &Self::freeResolution, {"m", aboveZero, "1 cell"},
+                     "distance between free points on a ray")
+          .add<Self>("freeMargin", &Self::freeMargin, {"m", fromZero, "1 cell"},
+                     "no free point is nearer to its ray's hit")
+          .add<Self>("freeWeight", &Self::freeWeight, {"", {0, 1e3}}, "weight of free evidence")
+          .add<Self>("freeDownsampling", &Self::freeDownsampling, {"m", fromZero},
+                     "edge of the voxels in which free points are averaged (centroids); 0: they are not")
+          .add<Self>("trainingPoints", &Self::trainingPoints,
+                     OptionTable::Traits::oneOf({"cells", "centroids"}),
+                     "hit and free cells of a scan once each, or the mean points of voxels")
+          .add<Self>("hitDownsampling", &Self::hitDownsampling, {"m", fromZero, "1 cell"},
+                     "edge of the voxels in which hits are averaged (centroids); 0: they are not")
+          .add<Self>(
+              "protectHits", &Self::protectHits, {"", {0, 4294967295.0}},
+              "a cell with so many hits in a scan takes no free evidence from it; 0: none is protected")
+          .add<Self>("kernel", &Self::kernel,
+                     OptionTable::Traits::oneOf({"sparse", "sparseMatern32", "wendlandC2"}),
+                     "how evidence falls with distance")
+          .add<Self>("kernelSupport", &Self::kernelSupport, {"m", aboveZero, "2 cells"},
+                     "distance from which on a point says nothing")
+          .add<Self>("kernelScale", &Self::kernelScale, {"", {0, 1e3, false}}, "evidence at distance zero")
+          .add<Self>("minRange", &Self::minRange, {"m", fromZero}, "nearer returns are left out")
+          .add<Self>("maxRange", &Self::maxRange, {"m", fromZero},
+                     "free space and hits end here; 0: what the observation states")
+          .add<Self>("considerInvalidRangesAsFreeSpace", &Self::considerInvalidRangesAsFreeSpace, {},
+                     "rays without a return are free up to the maximum range")
+          .add<Self>("rayDecimation", &Self::rayDecimation, {"", {1, 4294967295.0}},
+                     "only every so many-th ray is used")
+          .add<Self>(
+              "freeThreshold", [](Self& self) -> double& { return self.thresholds.free; }, {"", fraction},
+              "a cell is free below this P(occupied)")
+          .add<Self>(
+              "occupiedThreshold", [](Self& self) -> double& { return self.thresholds.occupied; },
+              {"", fraction}, "a cell is occupied above this P(occupied)")
+          .add<Self>(
+              "varianceThreshold", [](Self& self) -> double& { return self.thresholds.variance; },
+              {"", fraction}, "cells whose variance is not below are unknown; 0: not looked at");
+  return table;
+}
+
+void CBGKMap::TInsertionOptions::validate() const
+{
+  // Lengths are compared with the resolution, which is not known here.
+  BgkInference withoutLengths = *this;
+  withoutLengths.freeResolution = withoutLengths.freeMargin = std::nullopt;
+  withoutLengths.hitDownsampling = withoutLengths.kernelSupport = std::nullopt;
+  withoutLengths.validate(1.0);
+}
+
+// ---- Definition
+// ------------------------------------------------------------------------------------------------------
+
+CBGKMap::TMapDefinition::TMapDefinition() = default;
+
+void CBGKMap::TMapDefinition::loadFromConfigFile_map_specific(const mrpt::config::CConfigFileBase& source,
+                                                              const std::string& sectionNamePrefix)
+{
+  requireKnownSections(source, sectionNamePrefix);
+  const std::string creationSection = sectionNamePrefix + kCreationSection;
+  const std::string insertSection = sectionNamePrefix + kInsertSection;
+  if (source.keyExists(creationSection, "preset"))
+  {
+    TCreationOptions named;
+    named.loadFromConfigFile(source, creationSection);
+    const BgkOptions preset = presetOptions(named.preset);
+    static_cast<BgkStructure&>(creationOpts) = preset.structure;
+    static_cast<BgkInference&>(insertionOpts) = preset.inference;
+  }
+  creationOpts.loadFromConfigFile(source, creationSection);
+  insertionOpts.loadFromConfigFile(source, insertSection);
+  likelihoodOpts.loadFromConfigFile(source, sectionNamePrefix + kLikelihoodSection);
+  renderingOpts.loadFromConfigFile(source, sectionNamePrefix + kRenderSection);
+  try
+  {
+    insertionOpts.BgkInference::validate(creationOpts.resolution);
+  }
+  catch (const std::invalid_argument& error)
+  {
+    throw std::invalid_argument("section [" + insertSection + "] of " + nameOf(source) + ": " + error.what());
+  }
+}
+
+void CBGKMap::TMapDefinition::saveToConfigFile(mrpt::config::CConfigFileBase& target,
+                                               const std::string& sectionPrefix) const
+{
+  creationOpts.saveToConfigFile(target, sectionPrefix + kCreationSection);
+  genericMapParams.saveToConfigFile(target, sectionPrefix + kCreationSection);
+  TInsertionOptions(insertionOpts.resolved(creationOpts.resolution))
+      .saveToConfigFile(target, sectionPrefix + kInsertSection);
+  likelihoodOpts.saveToConfigFile(target, sectionPrefix + kLikelihoodSection);
+  renderingOpts.saveToConfigFile(target, sectionPrefix + kRenderSection);
+}
+
+void CBGKMap::TMapDefinition::dumpToTextStream_map_specific(std::ostream& out) const
+{
+  creationOpts.dumpToTextStream(out);
+  TInsertionOptions(insertionOpts.resolved(creationOpts.resolution)).dumpToTextStream(out);
+  likelihoodOpts.dumpToTextStream(out);
+  renderingOpts.dumpToTextStream(out);
+}
+
+compat::CreatedMap CBGKMap::internal_CreateFromMapDefinition(
+    const mrpt::maps::TMetricMapInitializer& initializer)
+{
+  const auto& definition = dynamic_cast<const TMapDefinition&>(initializer);
+  auto map = std::make_unique<CBGKMap>(definition.creationOpts);
+  definition.insertionOpts.BgkInference::validate(map->resolution());
+  map->insertionOptions = TInsertionOptions(definition.insertionOpts.resolved(map->resolution()));
+  map->likelihoodOptions = definition.likelihoodOpts;
+  map->renderingOptions = definition.renderingOpts;
+  map->genericMapParams = definition.genericMapParams;
+  return compat::handOver(std::move(map));
+}
+
+// ---- The map
+// ---------------------------------------------------------------------------------------------------------
+
+CBGKMap::CBGKMap(double resolution_m)
+    : CBGKMap(
+          [&]
+          {
+            TCreationOptions options;
+            options.resolution = resolution_m;
+            return options;
+          }())
+{
+}
+
+CBGKMap::CBGKMap(const TCreationOptions& options)
+    : insertionOptions(BgkInference().resolved(options.resolution)), creationOptions_(options), map_(options)
+{
+  setLoggerName("lamap::CBGKMap");
+  if (!options.priorMap.empty()) map_.setPriorMap(loadPrior(options.priorMap));
+}
+
+void CBGKMap::merge(const CBGKMap& other)
+{
+  map_.merge(other.map_, insertionOptions.thresholds);
+  contentChanged();
+}
+
+std::optional<CellEstimate> CBGKMap::estimateAt(const mrpt::math::TPoint3D& point_map) const
+{
+  return map_.at({point_map.x, point_map.y, point_map.z}, insertionOptions.thresholds);
+}
+
+std::optional<CellEstimate> CBGKMap::estimateCell(const CellIndex& cell) const
+{
+  return map_.cell(cell, insertionOptions.thresholds);
+}
+
+void CBGKMap::visitCells(const CellVisitor& visitor) const
+{
+  map_.visitCells(insertionOptions.thresholds, visitor);
+}
+
+std::vector<CLearnedMap::Fact> CBGKMap::facts() const
+{
+  size_t cells = 0;
+  size_t free = 0;
+  size_t occupied = 0;
+  double alpha = 0;
+  double beta = 0;
+  map_.visitCells(insertionOptions.thresholds,
+                  [&](const CellIndex& cell, const CellEstimate& estimate)
+                  {
+                    ++cells;
+                    free += estimate.state == CellState::Free;
+                    occupied += estimate.state == CellState::Occupied;
+                    const Evidence evidence = map_.grid().evidence(cell);
+                    alpha += static_cast<double>(evidence.occupied) * kEvidenceUnit;
+                    beta += static_cast<double>(evidence.free) * kEvidenceUnit;
+                  });
+  std::vector<Fact> facts = {
+      {"resolution", inUnits(resolution(), "%g"), "m"},
+      {"cells", std::to_string(cells), ""},
+      {"occupied cells", std::to_string(occupied), ""},
+      {"free cells", std::to_string(free), ""},
+      {"unknown cells", std::to_string(cells - occupied - free), ""},
+      {"blocks", std::to_string(map_.grid().blockCount()), ""},
+      {"memory", inUnits(static_cast<double>(map_.grid().memoryBytes()) / (1024.0 * 1024.0), "%.3f"), "MiB"},
+      {"evidence for occupied", inUnits(alpha, "%.6g"), "pseudo-counts"},
+      {"evidence for free", inUnits(beta, "%.6g"), "pseudo-counts"}};
+  if (map_.structure().planar)
+    facts.push_back({"planar, at height", inUnits(map_.structure().planarHeight, "%g"), "m"});
+  if (map_.priorMap())
+    facts.push_back({"blocks of the prior map", std::to_string(map_.priorMap()->grid().blockCount()), ""});
+  const std::vector<Fact> common = commonFacts();
+  facts.insert(facts.end(), common.begin(), common.end());
+  return facts;
+}
+
+bool CBGKMap::insertScan(const Scan& scan)
+{
+  if (!tally(map_.insert(scan, insertionOptions, threadCount()))) return false;
+  contentChanged();
+  return true;
+}
+
+std::optional<int32_t> CBGKMap::planarLayer() const
+{
+  if (!map_.structure().planar) return std::nullopt;
+  return map_.planarLayer();
+}
+
+RangeLimits CBGKMap::rangeLimits() const
+{
+  return {insertionOptions.minRange, insertionOptions.maxRange,
+          insertionOptions.considerInvalidRangesAsFreeSpace, insertionOptions.rayDecimation};
+}
+
+void CBGKMap::updateVoxel(double x, double y, double z, bool occupied)
+{
+  const auto cell = cellAt({x, y, z}, resolution());
+  if (!cell)
+    throw std::invalid_argument("updateVoxel(" + std::to_string(x) + ", " + std::to_string(y) + ", " +
+                                std::to_string(z) + "): not a point that a cell of " +
+                                inUnits(resolution(), "%g") + " m can hold");
+  const double scale = insertionOptions.kernelScale;
+  map_.addEvidence(*cell, occupied ? scale : 0.0, occupied ? 0.0 : insertionOptions.freeWeight * scale,
+                   insertionOptions.thresholds);
+  contentChanged();
+}
+
+void CBGKMap::visitOptionGroups(const VisitGroup& visit) const
+{
+  TCreationOptions creation;
+  visit(creationOptions_, creation);
+  TInsertionOptions insertion;
+  visit(TInsertionOptions(insertionOptions.resolved(resolution())), insertion);
+  TLikelihoodOptions likelihood;
+  visit(likelihoodOptions, likelihood);
+  TRenderingOptions rendering;
+  visit(renderingOptions, rendering);
+}
+
+void CBGKMap::internal_clear()
+{
+  map_.clear();
+  contentChanged();
+}
+
+// ---- Serialization
+// ---------------------------------------------------------------------------------------------------
+
+uint8_t CBGKMap::serializeGetVersion() const
+{
+  return kFormatVersion;
+}
+
+void CBGKMap::serializeTo(mrpt::serialization::CArchive& out) const
+{
+  ByteWriter content;
+  writeBgkMap(creationOptions_, map_, content);
+  TInsertionOptions(insertionOptions.resolved(resolution())).write(content);
+  likelihoodOptions.write(content);
+  renderingOptions.write(content);
+  writeGenericParams(genericMapParams, content);
+  writePayload(out, content.bytes());
+}
+
+void CBGKMap::serializeFrom(mrpt::serialization::CArchive& in, uint8_t version)
+{
+  if (version != kFormatVersion) refuseVersion(className, version, kFormatVersion);
+  const std::vector<uint8_t> payload = readPayload(in);
+  ByteReader content(payload);
+  // Everything is read before anything changes.
+  TCreationOptions creation;
+  BgkMap map = readBgkMap(creation, content);
+  TInsertionOptions insertion;
+  insertion.read(content);
+  TLikelihoodOptions likelihood;
+  likelihood.read(content);
+  TRenderingOptions rendering;
+  rendering.read(content);
+  mrpt::maps::TMapGenericParams generic;
+  readGenericParams(generic, content);
+  content.expectEnd();
+  try
+  {
+    insertion.BgkInference::validate(creation.resolution);
+  }
+  catch (const std::invalid_argument& error)
+  {
+    content.fail(error.what());
+  }
+
+  creationOptions_ = creation;
+  map_ = std::move(map);
+  insertionOptions = insertion;
+  likelihoodOptions = likelihood;
+  renderingOptions = rendering;
+  genericMapParams = generic;
+  contentChanged();
+}
+
+}  // namespace lamap
