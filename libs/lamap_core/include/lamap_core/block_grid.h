@@ -68,8 +68,8 @@ class BlockGrid
   /// The cell of a block with the smallest indices.
   [[nodiscard]] CellIndex firstCellOf(const BlockIndex& block) const
   {
-    return {block.x << shape_.log2Edge(), block.y << shape_.log2Edge(),
-            shape_.planar() ? block.z : block.z << shape_.log2Edge()};
+    const int32_t edge = int32_t{1} << shape_.log2Edge();
+    return {block.x * edge, block.y * edge, shape_.planar() ? block.z : block.z * edge};
   }
 
   [[nodiscard]] const EvidenceBlock* find(const BlockIndex& index) const
