@@ -1,0 +1,27 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace lamap::app
+{
+/// What a chosen subcommand does. @return the exit code
+using Action = std::function<int()>;
+
+// One function per subcommand: describes it, and sets the action when it was chosen.
+void addBuild(CLI::App& app, Action& action);
+/// @param program  what takeProgram() took from the command line
+void addRun(CLI::App& app, Action& action, const std::vector<std::string>& program);
+
+/** Takes the program to run, and its arguments, off the end of `run [--flags] [--] PROGRAM ARGUMENTS...`:
+ * CLI11 would look for its own options among them. Takes nothing where the first argument is not `run`. */
+[[nodiscard]] std::vector<std::string> takeProgram(std::vector<std::string>& arguments);
+
+/// Exit codes beside 0.
+constexpr int kFailed = 1;
+constexpr int kWrongUsage = 2;
+constexpr int kStopped = 130;
+
+}  // namespace lamap::app

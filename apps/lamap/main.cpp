@@ -1,0 +1,54 @@
+#include "commands.h"
+
+#include <lamap_mrpt/mrpt_compat.h>
+#include <lamap_tools/usage_error.h>
+
+#include <iostream>
+#include <new>
+
+namespace
+{
+int fail(int code, const std::string& what)
+{
+  std::cerr << "lamap: " << what << "\n";
+  return code;
+}
+}  // namespace
+
+int main(int argc, char** argv)
+{
+  using namespace lamap::app;
+  CLI::App app{"Learned 3D occupancy maps: from logs to saved maps, and what is in them", "lamap"};
+  app.set_version_flag("--version", LAMAP_VERSION);
+  app.require_subcommand(1);
+  Action action;
+  addBuild(app, action);
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  addRun(app, action, takeProgram(arguments));
+  try
+  {
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+    return action();
+  }
+  catch (const CLI::Success& success)
+  {
+    return app.exit(success);  // --help, --version
+  }
+  catch (const CLI::ParseError& error)
+  {
+    app.exit(error);
+    return kWrongUsage;
+  }
+  catch (const lamap::tools::UsageError& error)
+  {
+    return fail(kWrongUsage, error.what());
+  }
+  catch (const std::bad_alloc&)
+  {
+    return fail(kFailed, "not enough memory");
+  }
+  catch (const std::exception& error)
+  {
+    return fail(kFailed, lamap::compat::messageOf(error));
+  }
+}

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace lamap::tools
+{
+/** Checks a configuration file of a stock application before it starts, as that ignores in silence what it
+ * does not know.
+ *
+ * Some section must count one of this library's maps (`bgkMap_count = 1`), and everything in the sections of
+ * such maps must be read by their loader.
+ * @throws std::runtime_error naming the file, what is wrong and what would be right */
+void checkStockConfig(const std::string& path);
+
+/** The plug-in: the file named by the environment variable LAMAP_PLUGIN, else the library this program itself
+ * runs with.
+ * @throws std::runtime_error if there is no such file */
+[[nodiscard]] std::string pluginPath();
+
+/** Replaces this process by a program that has the plug-in loaded (before what LD_PRELOAD names already).
+ * @param command  the program, looked up in PATH, and its arguments; each that ends in .ini is checked first
+ * @param check    whether to check
+ * @throws std::runtime_error if a check fails or the program cannot be started; else it does not return */
+[[noreturn]] void runWithPlugin(const std::vector<std::string>& command, bool check);
+
+}  // namespace lamap::tools

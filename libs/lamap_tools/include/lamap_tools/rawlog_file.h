@@ -1,0 +1,50 @@
+#pragma once
+
+#include <mrpt/serialization/CSerializable.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace lamap::tools
+{
+/** Reads the entries of a rawlog one after the other: plain or gzip-compressed, as a sequence of objects
+ * (actions and sensory frames, or observations, in any mixture) or as a whole CRawlog.
+ *
+ * Memory is bounded by the largest entry. A damaged entry cannot make it take more than 2 GiB plus eight
+ * times the file's size. Sets MRPT's folder of externally stored images (`<log>_Images` and what else MRPT
+ * looks for) to that of this log.
+ */
+class RawlogFile
+{
+ public:
+  /// @throws std::runtime_error naming the file if it cannot be opened or its beginning is not a rawlog's.
+  explicit RawlogFile(const std::string& path);
+  ~RawlogFile();
+  RawlogFile(const RawlogFile&) = delete;
+  RawlogFile& operator=(const RawlogFile&) = delete;
+
+  /// The next entry; nothing after the last one that can be read.
+  [[nodiscard]] mrpt::serialization::CSerializable::Ptr next();
+
+  /// What is wrong with the rest of the log, once next() has met it; nothing while all is well.
+  [[nodiscard]] const std::optional<std::string>& damage() const { return damage_; }
+
+ private:
+  mrpt::serialization::CSerializable::Ptr readObject();
+
+  class Stream;
+  std::string path_;
+  std::unique_ptr<Stream> stream_;
+  size_t memoryLimit_ = 0;
+  uint64_t entries_ = 0;
+  std::optional<std::string> damage_;
+  /// Read ahead to see whether it is a rawlog at all.
+  mrpt::serialization::CSerializable::Ptr first_;
+  /// A CRawlog among the entries whose own entries are being given out.
+  mrpt::serialization::CSerializable::Ptr whole_;
+  size_t nextInWhole_ = 0;
+};
+
+}  // namespace lamap::tools

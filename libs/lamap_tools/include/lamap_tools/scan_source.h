@@ -1,0 +1,96 @@
+#pragma once
+
+#include <mrpt/obs/CObservation.h>
+#include <mrpt/poses/CPose3D.h>
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace lamap::tools
+{
+/// An observation and where the robot was.
+struct ObservedScan
+{
+  mrpt::obs::CObservation::Ptr observation;
+  mrpt::poses::CPose3D robotPose_map;
+};
+
+/// End points of rays from one place, in the map frame [m]; may hold NaN.
+struct PointScan
+{
+  std::string kind;  ///< what it was read from, for reports: "PCD file", "graph scan"
+  mrpt::poses::CPose3D sensorPose_map;
+  std::vector<Eigen::Vector3d> points_map;
+};
+
+/// Something that no map will be given, and why.
+struct LeftOutScan
+{
+  std::string kind;
+  std::string reason;
+};
+
+using ScanItem = std::variant<ObservedScan, PointScan, LeftOutScan>;
+
+/** The scans of one input, in its order. Belongs to one thread. */
+class ScanSource
+{
+ public:
+  virtual ~ScanSource() = default;
+
+  /// The path as it was given.
+  [[nodiscard]] virtual const std::string& path() const = 0;
+  /// How many items next() will give, as far as is known.
+  [[nodiscard]] virtual size_t expectedItems() const = 0;
+  /// The next item; nothing at the end. @throws std::runtime_error naming the file if it cannot be read.
+  [[nodiscard]] virtual std::optional<ScanItem> next() = 0;
+  /// What could not be read, because a file was cut short or is damaged, as far as next() has met it.
+  [[nodiscard]] virtual std::vector<std::string> damages() const { return {}; }
+  /// What a reader of the report should know about how this input was read.
+  [[nodiscard]] virtual std::vector<std::string> notes() const { return {}; }
+};
+
+struct InputOptions
+{
+  /// In this order; one named twice is read twice. A folder stands for its PCD files, in natural order (_2
+  /// before _10).
+  std::vector<std::string> paths;
+  /// See readPoseFile(). For rawlogs the robot's poses over time; for PCD files the k-th for the k-th file,
+  /// in place of its VIEWPOINT. Empty: none.
+  std::string posesPath;
+  /// Of PCD files: where the sensor is in the frame of VIEWPOINT or of the pose that replaces it [m].
+  Eigen::Vector3d sensorOrigin = Eigen::Vector3d::Zero();
+  /// For rawlogs: the robot stood at the map's origin all the time, whatever the log says.
+  bool standingStill = false;
+  /// Looked at from time to time while a log is surveyed.
+  std::function<bool()> shouldStop = [] { return false; };
+};
+
+/** Opens inputs and finds out what they hold. Simple maps are held in memory; of the others only poses and
+ * names are.
+ *
+ * - `.rawlog`: every observation but odometry. The robot's poses are `posesPath` if it is given, else the
+ * log's actions composed from the identity if it has any, else its CObservationOdometry. A pose composed from
+ * actions holds at the time of the sensory frame that follows (MRPT stamps an action in the middle of its
+ * movement): at the action's time if that lies among the frame's observations, else at its earliest
+ * observation. Poses are interpolated at each observation's time; an observation outside the time the poses
+ * cover, or without a time, is left out, or, where poses come from actions, takes the pose of its frame. A
+ * log without poses is read only if all it holds is a single observation or frame, which is then at the
+ * origin.
+ * - `.simplemap`, `.simplemap.gz`: every observation, at the mean of its pose.
+ * - `.pcd`, folders of them: each file a scan; one that cannot be read is a damage of the input.
+ * - `.graph`: each scan of an OctoMap scan graph.
+ *
+ * @throws UsageError if an option does not go with the inputs, std::runtime_error naming the file if one
+ * cannot be read at all, holds no pose, or the number of poses is not that of the PCD files. */
+[[nodiscard]] std::vector<std::unique_ptr<ScanSource>> openInputs(const InputOptions& options);
+
+/// Whether a name comes before another one, with the numbers in it compared as numbers.
+[[nodiscard]] bool inNaturalOrder(const std::string& a, const std::string& b);
+
+}  // namespace lamap::tools
