@@ -334,10 +334,10 @@ TEST(Payload, FalseLengthCostsNoMemory)
 {
   StepArchive archive;
   archive << std::numeric_limits<uint64_t>::max() << uint32_t{0};
-  EXPECT_ERROR(lamap::readPayload(archive), "memory of this machine");
+  EXPECT_ERROR(lamap::readPayload(archive), "more than this machine can hold");
 
   StepArchive plausible;
-  plausible << lamap::physicalMemory() / 2 << uint32_t{0} << uint64_t{0};
+  plausible << lamap::memoryForContent() / 2 << uint32_t{0} << uint64_t{0};
   rusage before{};
   getrusage(RUSAGE_SELF, &before);
   EXPECT_ERROR(lamap::readPayload(plausible), "truncated: 8 of");
@@ -711,6 +711,16 @@ TEST(MapFile, ContentThatUncompressesToMuchCostsNoMemory)
   rusage after{};
   getrusage(RUSAGE_SELF, &after);
   EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 * 1024) << "KiB more than before";
+}
+
+TEST(MapFile, ContentBeyondTheLimitIsRefused)
+{
+  const Folder folder;
+  saveMapFile(payloadMap(1000), folder.at("map"));
+  const std::size_t size = archived(payloadMap(1000)).size();
+  EXPECT_NO_THROW(static_cast<void>(loadMapFile(folder.at("map"), size)));
+  EXPECT_ERROR(loadMapFile(folder.at("map"), size - 1),
+               "uncompresses to more than " + std::to_string(size - 1));
 }
 
 TEST(MapFile, FailedSaveKeepsTheOldMap)

@@ -238,14 +238,14 @@ std::optional<ObjectHeader> headerOf(const std::vector<uint8_t>& bytes)
   return isName ? std::optional(header) : std::nullopt;
 }
 
-/// Uncompresses all, keeps only the beginning. @throws as GzipFile, or if it is too much for this machine.
-std::vector<uint8_t> checkedBeginning(const std::string& path)
+/// Uncompresses all, keeps only the beginning. @throws as GzipFile, or if there are more bytes than the
+/// limit.
+std::vector<uint8_t> checkedBeginning(const std::string& path, uint64_t limit_bytes)
 {
   constexpr std::size_t kLongestHeader = 2 + 0x7f;
   const auto file = std::make_unique<GzipFile>(path);
   std::vector<uint8_t> chunk(kChunk);
   std::vector<uint8_t> beginning;
-  const uint64_t limit = physicalMemory();
   uint64_t total = 0;
   for (;;)
   {
@@ -254,9 +254,9 @@ std::vector<uint8_t> checkedBeginning(const std::string& path)
       beginning.assign(chunk.begin(),
                        chunk.begin() + static_cast<std::ptrdiff_t>(std::min(got, kLongestHeader)));
     total += got;
-    if (total > limit)
-      throw std::runtime_error("it uncompresses to more than the memory of this machine (" +
-                               std::to_string(limit >> 20) + " MiB)");
+    if (total > limit_bytes)
+      throw std::runtime_error("it uncompresses to more than " + std::to_string(limit_bytes) +
+                               " bytes, which is the limit here: half the memory of this machine unless set");
     if (got < chunk.size()) return beginning;
   }
 }
@@ -319,9 +319,9 @@ void requireReadableMap(const std::vector<uint8_t>& beginning)
                              std::to_string(*known) + "; read it with a newer release");
 }
 
-CMetricMap::Ptr readMap(const std::string& path)
+CMetricMap::Ptr readMap(const std::string& path, uint64_t limit_bytes)
 {
-  requireReadableMap(checkedBeginning(path));
+  requireReadableMap(checkedBeginning(path, limit_bytes));
   GzipReader archive(path);
   const auto map = std::dynamic_pointer_cast<CMetricMap>(archive.ReadObject());
   if (!map) throw std::runtime_error("it does not hold a map");
@@ -347,11 +347,11 @@ void saveMapFile(const CMetricMap& map, const std::string& path)
   file.commit();
 }
 
-CMetricMap::Ptr loadMapFile(const std::string& path)
+CMetricMap::Ptr loadMapFile(const std::string& path, uint64_t limit_bytes)
 {
   try
   {
-    return readMap(path);
+    return readMap(path, limit_bytes);
   }
   catch (const std::bad_alloc&)
   {

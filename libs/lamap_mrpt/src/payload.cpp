@@ -65,12 +65,12 @@ T readNumber(mrpt::serialization::CArchive& archive)
 }
 }  // namespace
 
-uint64_t physicalMemory()
+uint64_t memoryForContent()
 {
   const long pages = sysconf(_SC_PHYS_PAGES);
   const long pageSize = sysconf(_SC_PAGESIZE);
   if (pages <= 0 || pageSize <= 0) return std::numeric_limits<uint64_t>::max();
-  return static_cast<uint64_t>(pages) * static_cast<uint64_t>(pageSize);
+  return static_cast<uint64_t>(pages) * static_cast<uint64_t>(pageSize) / 2;
 }
 
 void writePayload(mrpt::serialization::CArchive& archive, const std::vector<uint8_t>& payload)
@@ -84,17 +84,19 @@ std::vector<uint8_t> readPayload(mrpt::serialization::CArchive& archive)
 {
   const auto length = readNumber<uint64_t>(archive);
   const auto crcStored = readNumber<uint32_t>(archive);
-  if (length > physicalMemory())
-    throw std::runtime_error("the map's content claims " + std::to_string(length) +
-                             " bytes, more than the memory of this machine (" +
-                             std::to_string(physicalMemory()) +
-                             "): it is damaged, or the map is too large here");
+  if (length > memoryForContent())
+    throw std::runtime_error(
+        "the map's content claims " + std::to_string(length) + " bytes, more than this machine can hold (" +
+        std::to_string(memoryForContent()) + "): it is damaged, or the map is too large here");
 
   std::vector<uint8_t> payload;
   while (payload.size() < length)
   {
     const std::size_t before = payload.size();
     const std::size_t wanted = static_cast<std::size_t>(std::min<uint64_t>(kChunk, length - before));
+    // Doubles with what has really come, and ends with no more than the content needs.
+    if (payload.capacity() < before + wanted)
+      payload.reserve(static_cast<std::size_t>(std::min<uint64_t>(length, 2 * (before + wanted))));
     payload.resize(before + wanted);
     const std::size_t got = readFully(archive, payload.data() + before, wanted);
     if (got != wanted)

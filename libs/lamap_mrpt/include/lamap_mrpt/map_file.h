@@ -1,7 +1,9 @@
 #pragma once
 
+#include <lamap_mrpt/payload.h>
 #include <mrpt/maps/CMetricMap.h>
 
+#include <cstdint>
 #include <string>
 
 namespace lamap
@@ -22,14 +24,15 @@ void saveMapFile(const mrpt::maps::CMetricMap& map, const std::string& path);
 /** Loads what saveMapFile() wrote.
  *
  * The whole file is checked first (gzip's own CRC-32 and length), so that a damaged one never reaches a
- * parser. Memory is bounded by the content: what is larger than the memory of this machine is refused before
- * anything is kept.
+ * parser, and one that uncompresses to more than the limit is refused before anything of it is kept.
  *
+ * @param limit_bytes largest content, uncompressed.
  * @return a map, never null.
  * @throws std::runtime_error naming the file, what is wrong and what would be right: missing, a folder,
  * empty, not gzip, truncated, damaged, followed by other bytes, not an MRPT object, an object of a class that
  * is not loaded or that is no map, of a newer version, or with content that its class refuses.
  */
-[[nodiscard]] mrpt::maps::CMetricMap::Ptr loadMapFile(const std::string& path);
+[[nodiscard]] mrpt::maps::CMetricMap::Ptr loadMapFile(const std::string& path,
+                                                      uint64_t limit_bytes = memoryForContent());
 
 }  // namespace lamap

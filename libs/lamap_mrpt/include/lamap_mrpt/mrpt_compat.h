@@ -8,6 +8,7 @@
 
 #include <mrpt/core/exceptions.h>
 #include <mrpt/maps/CMetricMap.h>
+#include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/obs/CObservationRotatingScan.h>
 
 #include <Eigen/Core>
@@ -55,6 +56,16 @@ using CreatedMap = mrpt::maps::CMetricMap*;
 namespace detail
 {
 template <typename T, typename = void>
+struct HasKeyframes : std::false_type
+{
+};
+template <typename T>
+struct HasKeyframes<T, std::void_t<decltype(std::declval<const T&>().get(std::size_t{}).pose)>>
+    : std::true_type
+{
+};
+
+template <typename T, typename = void>
 struct HasOrganizedPoints : std::false_type
 {
 };
@@ -73,6 +84,29 @@ struct CanBeExternallyStored<T, std::void_t<decltype(std::declval<const T&>().is
 {
 };
 }  // namespace detail
+
+/// One pose of a simple map and what was seen from it.
+struct Keyframe
+{
+  mrpt::poses::CPose3DPDF::ConstPtr pose;
+  mrpt::obs::CSensoryFrame::ConstPtr frame;
+};
+
+/// The i-th keyframe of a simple map: a pair in MRPT 2.5, a struct with a twist too since 2.11.
+template <typename SimpleMap = mrpt::maps::CSimpleMap>
+[[nodiscard]] Keyframe keyframeAt(const SimpleMap& map, std::size_t index)
+{
+  if constexpr (detail::HasKeyframes<SimpleMap>::value)
+  {
+    const auto& keyframe = map.get(index);
+    return {keyframe.pose, keyframe.sf};
+  }
+  else
+  {
+    const auto pair = map.getAsPair(index);
+    return {pair.pose, pair.sf};
+  }
+}
 
 /// CObservationRotatingScan stays in memory in MRPT 2.5 and may be stored externally later on.
 template <typename Rotating = mrpt::obs::CObservationRotatingScan>

@@ -19,12 +19,13 @@ void writePayload(mrpt::serialization::CArchive& archive, const std::vector<uint
  *
  * Memory grows only with bytes that are really there, whatever count a damaged archive claims, and never
  * beyond the machine's memory.
- * @throws std::runtime_error if the archive ends too early, the CRC-32 differs, or the count is beyond the
- *         memory of this machine.
+ * @throws std::runtime_error if the archive ends too early, the CRC-32 differs, or the count is beyond
+ *         memoryForContent().
  */
 [[nodiscard]] std::vector<uint8_t> readPayload(mrpt::serialization::CArchive& archive);
 
-/// Physical memory of this machine [bytes]; the largest number where the system does not tell.
-[[nodiscard]] uint64_t physicalMemory();
+/** The largest content of a map file that this machine can make a map of [bytes]: half its physical memory,
+ * since the map takes about as much again. The largest number where the system does not tell. */
+[[nodiscard]] uint64_t memoryForContent();
 
 }  // namespace lamap
