@@ -19,6 +19,30 @@ struct TrainingRay
   double freeLength;          ///< < 0: the ray has no free part
 };
 
+/** Distances of a ray's free samples from its origin [cells]: i·step, as far as the ray is free.
+ *
+ * A sample within a millionth of a cell of the end stands on the end. Ranges are often whole steps (a maximum
+ * range, a simulated wall): without this, rounding would decide for each ray and each place on the map
+ * whether it has its last sample. */
+class FreeSamples
+{
+ public:
+  FreeSamples(const TrainingRay& ray, double step)
+      : step_(step),
+        length_(std::max(ray.freeLength, 0.0)),
+        count_(ray.freeLength < -kOnEnd_cells ? 0 : static_cast<int64_t>((length_ + kOnEnd_cells) / step) + 1)
+  {
+  }
+  [[nodiscard]] int64_t count() const { return count_; }
+  [[nodiscard]] double at(int64_t i) const { return std::min(static_cast<double>(i) * step_, length_); }
+
+ private:
+  static constexpr double kOnEnd_cells = 1e-6;
+  double step_;
+  double length_;
+  int64_t count_;
+};
+
 /// Points of one group, to be averaged.
 struct Group
 {
@@ -134,12 +158,10 @@ class MaskMarker
   /// Marks the cells of the ray's free samples.
   void markFreeSamples(const TrainingRay& ray, double step)
   {
-    if (ray.freeLength < 0) return;
-    const auto last = static_cast<int64_t>(ray.freeLength / step);
-    for (int64_t i = 0; i <= last; ++i)
+    const FreeSamples samples(ray, step);
+    for (int64_t i = 0; i < samples.count(); ++i)
     {
-      const double t = static_cast<double>(i) * step;
-      if (t > ray.freeLength) break;  // the division rounded up
+      const double t = samples.at(i);
       mark<&BlockMasks::free>(localCell(ray.origin.x() + t * ray.direction.x()),
                               localCell(ray.origin.y() + t * ray.direction.y()),
                               localCell(ray.origin.z() + t * ray.direction.z()));
@@ -215,12 +237,13 @@ void BgkTrainer::Workspace::collectFan(SelectedFan& fan, const BgkInference& opt
                                        bool planar, double resolution_m, RayCounts& counts)
 {
   const auto localOrigin = frame.toLocal(fan.origin_map);
-  const auto forEachEnd = [&](const std::vector<Eigen::Vector3d>& ends, size_t& used, auto&& visit)
+  const auto forEachEnd =
+      [&](const std::vector<Eigen::Vector3d>& ends, size_t& used, auto&& toLocal, auto&& visit)
   {
     size_t ordinal = 0;
     for (const Eigen::Vector3d& end : ends)
     {
-      const auto local = localOrigin ? frame.toLocal(end) : std::nullopt;
+      const std::optional<Eigen::Vector3d> local = localOrigin ? toLocal(end) : std::nullopt;
       if (!local || (planar && *local == *localOrigin))
       {
         --used;
@@ -235,12 +258,13 @@ void BgkTrainer::Workspace::collectFan(SelectedFan& fan, const BgkInference& opt
   const double hitEdge = *options.hitDownsampling / resolution_m;
   const bool asCells = options.trainingPoints == TrainingPoints::Cells;
   groups.clear();
-  forEachEnd(fan.hitEnds_map, counts.hits,
-             [&](const Eigen::Vector3d& local, size_t ordinal)
-             {
-               groups.add(groupKey(local, options.trainingPoints, hitEdge, frame.anchor(), ordinal), local);
-               if (asCells || options.protectHits > 0) rawHits.add(cellKey(local), local);
-             });
+  forEachEnd(
+      fan.hitEnds_map, counts.hits, [&](const Eigen::Vector3d& end) { return frame.toLocal(end); },
+      [&](const Eigen::Vector3d& local, size_t ordinal)
+      {
+        groups.add(groupKey(local, options.trainingPoints, hitEdge, frame.anchor(), ordinal), local);
+        if (asCells || options.protectHits > 0) rawHits.add(cellKey(local), local);
+      });
   if (!asCells)
   {
     for (const Group& group : groups.groups()) set.hitPoints.push_back(group.mean());
@@ -252,10 +276,11 @@ void BgkTrainer::Workspace::collectFan(SelectedFan& fan, const BgkInference& opt
   }
 
   groups.clear();
-  forEachEnd(fan.freeEnds_map, counts.freeOnly,
-             [&](const Eigen::Vector3d& local, size_t ordinal) {
-               groups.add(groupKey(local, options.trainingPoints, hitEdge, frame.anchor(), ordinal), local);
-             });
+  forEachEnd(
+      fan.freeRays_map, counts.freeOnly,
+      [&](const Eigen::Vector3d& ray) { return frame.endOfRay(*localOrigin, ray); },
+      [&](const Eigen::Vector3d& local, size_t ordinal)
+      { groups.add(groupKey(local, options.trainingPoints, hitEdge, frame.anchor(), ordinal), local); });
   if (localOrigin) addRays(*localOrigin, 0.0);
 }
 
@@ -321,10 +346,10 @@ void BgkTrainer::Workspace::sampleFreePoints(double step, double downsampling_ce
   groups.clear();
   for (const TrainingRay& ray : rays)
   {
-    for (int64_t i = 0;; ++i)
+    const FreeSamples samples(ray, step);
+    for (int64_t i = 0; i < samples.count(); ++i)
     {
-      const double t = static_cast<double>(i) * step;
-      if (t > ray.freeLength) break;
+      const double t = samples.at(i);
       const Eigen::Vector3d point = ray.origin + t * ray.direction;
       if (downsampling_cells > 0)
         groups.add(groupKey(point, TrainingPoints::Centroids, downsampling_cells, anchor, 0), point);

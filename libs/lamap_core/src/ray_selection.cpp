@@ -42,7 +42,7 @@ class FanSelector
     if (!(range > 0) || range < min_m_) return count(counts_.tooNear);
     if (range > max_m_)
     {
-      selected.freeEnds_map.push_back(selected.origin_map + ray * (max_m_ / range));
+      selected.freeRays_map.push_back(ray * (max_m_ / range));
       return count(counts_.freeOnly);
     }
     selected.hitEnds_map.push_back(end);
@@ -51,11 +51,11 @@ class FanSelector
 
   void addNoReturn(const Eigen::Vector3d& direction)
   {
-    const double length = direction.norm();
-    if (!std::isfinite(length)) return count(counts_.notFinite);
+    if (!direction.allFinite()) return count(counts_.notFinite);
+    const double length = direction.stableNorm();  // any length > 0 will do
     if (!(length > 0)) return count(counts_.tooNear);
     if (!noReturnIsFree_ || !std::isfinite(max_m_)) return count(counts_.unbounded);
-    selected.freeEnds_map.push_back(selected.origin_map + direction * (max_m_ / length));
+    selected.freeRays_map.push_back(direction / length * max_m_);
     count(counts_.freeOnly);
   }
 

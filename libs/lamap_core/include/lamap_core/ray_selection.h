@@ -40,7 +40,9 @@ struct SelectedFan
 {
   Eigen::Vector3d origin_map = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> hitEnds_map;
-  std::vector<Eigen::Vector3d> freeEnds_map;  ///< no hit there: free space up to and including the end
+  /// Vectors from the origin to ends without a hit: free space up to and including the end. No points, for
+  /// those would be rounded far from the map's origin.
+  std::vector<Eigen::Vector3d> freeRays_map;
 };
 
 struct SelectedRays

@@ -47,6 +47,17 @@ class ScanFrame
     return local;
   }
 
+  /// @param localOrigin [cells] of a ray; @param ray_map its vector [m].
+  /// @return its end [cells]; nothing where it is outside.
+  [[nodiscard]] std::optional<Eigen::Vector3d> endOfRay(const Eigen::Vector3d& localOrigin,
+                                                        const Eigen::Vector3d& ray_map) const
+  {
+    Eigen::Vector3d local = localOrigin + ray_map / resolution_m_;
+    if (planar_) local.z() = localOrigin.z();
+    if (!(local.cwiseAbs().maxCoeff() < kReach_cells)) return std::nullopt;
+    return local;
+  }
+
  private:
   double resolution_m_;
   CellIndex anchor_;
