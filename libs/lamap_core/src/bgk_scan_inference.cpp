@@ -65,6 +65,24 @@ std::optional<std::pair<CellIndex, CellIndex>> markedBox(const BlockMasks& masks
                         CellIndex{63 - __builtin_clzll(columns), highest / kEdge, zLast});
 }
 
+/// From the weights' unit to units of cell evidence.
+void roundSums(const WeightScale& scale, const Layers& layers, BlockSums& sums)
+{
+  constexpr int kLayer = kEdge * kEdge;
+  for (int i = layers.begin * kLayer; i < layers.end * kLayer; ++i)
+  {
+    int64_t& sum = sums[static_cast<size_t>(i)];
+    sum = static_cast<int64_t>(scale.evidence(sum));
+  }
+}
+
+void clearSums(const Layers& layers, BlockSums& sums)
+{
+  if (!layers.any()) return;
+  constexpr int kLayer = kEdge * kEdge;
+  std::fill(sums.begin() + layers.begin * kLayer, sums.begin() + layers.end * kLayer, int64_t{0});
+}
+
 BlockIndex operator+(const BlockIndex& a, const BlockIndex& b)
 {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
@@ -138,8 +156,8 @@ class BgkScanInference::Implementation
   struct Worker
   {
     explicit Worker(const BlockShape& shape) : adder(shape) {}
-    BlockSums occupied;
-    BlockSums free;
+    BlockSums occupied{};  ///< all zero between blocks
+    BlockSums free{};
     BlockAdder adder;
     MaskNeighbourhood neighbourhood;
     std::vector<std::pair<BlockIndex, EvidenceBlock>> created;
@@ -160,11 +178,15 @@ class BgkScanInference::Implementation
                          uint32_t item);
   void groupTargets(int log2GroupEdge);
   void tabulatePartOffsets(const BlockShape& shape);
-  void sumBlock(size_t target, Worker& worker) const;
-  bool addCells(const CellStencil& stencil, CellMask BlockMasks::*mask, const BlockIndex& block,
-                Worker& worker, BlockSums& sums) const;
+  Layers sumBlock(size_t target, Worker& worker) const;
+  Layers addCells(const CellStencil& stencil, CellMask BlockMasks::*mask, const BlockIndex& block,
+                  Worker& worker, BlockSums& sums) const;
+  Layers addPoints(const std::vector<Eigen::Vector3d>& points, const BlockLists::Range& list,
+                   const WeightedKernel& weights, const BlockPlace& place, BlockSums& sums) const;
+  Layers addSegments(const BlockLists::Range& list, const WeightedKernel& weights, const BlockPlace& place,
+                     BlockSums& sums) const;
   void addGroup(const Group& group, Worker& worker, const RuleForBlock& ruleFor, BlockGrid& grid) const;
-  void addPart(const CellIndex& from, int part, int partZ, uint32_t base, Worker& worker) const;
+  void addPart(const CellIndex& from, int part, const Layers& layers, uint32_t base, Worker& worker) const;
   [[nodiscard]] BlockPlace placeOf(const BlockIndex& target) const;
   [[nodiscard]] CellIndex firstCellOf(const BlockIndex& target) const;
 
@@ -395,9 +417,10 @@ void BgkScanInference::Implementation::groupTargets(int log2GroupEdge)
   }
 }
 
-bool BgkScanInference::Implementation::addCells(const CellStencil& stencil, CellMask BlockMasks::*mask,
-                                                const BlockIndex& block, Worker& worker,
-                                                BlockSums& sums) const
+/// @return the layers that the marked cells reach, their sums rounded to cell evidence.
+Layers BgkScanInference::Implementation::addCells(const CellStencil& stencil, CellMask BlockMasks::*mask,
+                                                  const BlockIndex& block, Worker& worker,
+                                                  BlockSums& sums) const
 {
   MaskNeighbourhood& neighbourhood = worker.neighbourhood;
   neighbourhood.blocksEachWay = std::max(1, stencil.blocksEachWay());
@@ -413,61 +436,76 @@ bool BgkScanInference::Implementation::addCells(const CellStencil& stencil, Cell
                                                      : nullptr);
                  any = any || there;
                });
-  return any && stencil.addUp(neighbourhood, sums);
+  const Layers reached = any ? stencil.addUp(neighbourhood, sums) : Layers{};
+  roundSums(stencil.scale(), reached, sums);
+  return reached;
 }
 
-/// The sums of one scan block, in worker.occupied and worker.free, in units of cell evidence.
-void BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker) const
+/// @return the layers that the points reach, their sums rounded to cell evidence.
+Layers BgkScanInference::Implementation::addPoints(const std::vector<Eigen::Vector3d>& points,
+                                                   const BlockLists::Range& list,
+                                                   const WeightedKernel& weights, const BlockPlace& place,
+                                                   BlockSums& sums) const
+{
+  bool any = false;
+  for (const uint32_t i : list) any |= addPoint(weights, points[i], place, sums);
+  const Layers reached = any ? Layers{0, kEdge} : Layers{};
+  roundSums(weights.scale, reached, sums);
+  return reached;
+}
+
+/// As addPoints(). A ray may stand in the list several times, one behind the other.
+Layers BgkScanInference::Implementation::addSegments(const BlockLists::Range& list,
+                                                     const WeightedKernel& weights, const BlockPlace& place,
+                                                     BlockSums& sums) const
+{
+  bool any = false;
+  uint32_t last = UINT32_MAX;
+  for (const uint32_t i : list)
+  {
+    if (i != last) any |= addSegment(weights, training_->freeSegments[i], place, sums);
+    last = i;
+  }
+  const Layers reached = any ? Layers{0, kEdge} : Layers{};
+  roundSums(weights.scale, reached, sums);
+  return reached;
+}
+
+/** The sums of one scan block, in worker.occupied and worker.free, in units of cell evidence.
+ * @return the layers that evidence reaches */
+Layers BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker) const
 {
   const BlockIndex& block = targets_.blocks()[target];
-  worker.occupied.fill(0);
-  worker.free.fill(0);
-  const auto round = [](const WeightScale& scale, BlockSums& sums)
-  {
-    for (int64_t& sum : sums) sum = static_cast<int64_t>(scale.evidence(sum));
-  };
-
+  Layers reached;
   if (weights_->inference.trainingPoints == TrainingPoints::Cells)
   {
-    if (addCells(weights_->hitStencil, &BlockMasks::hit, block, worker, worker.occupied))
-      round(weights_->hitStencil.scale(), worker.occupied);
-    if (weights_->freeStencil &&
-        addCells(*weights_->freeStencil, &BlockMasks::free, block, worker, worker.free))
-      round(weights_->freeStencil->scale(), worker.free);
-  }
-  const BlockPlace place = placeOf(block);
-  const WeightedKernel hitWeights{weights_->kernel, 1.0, pointScale_};
-  bool any = false;
-  for (const uint32_t i : hitLists_.of(target))
-    any |= addPoint(hitWeights, training_->hitPoints[i], place, worker.occupied);
-  if (any) round(pointScale_, worker.occupied);
-
-  const WeightedKernel freeWeights{weights_->kernel, weights_->inference.freeWeight, pointScale_};
-  any = false;
-  if (training_->freeSegments.empty())
-  {
-    for (const uint32_t i : freeLists_.of(target))
-      any |= addPoint(freeWeights, training_->freePoints[i], place, worker.free);
+    reached.include(addCells(weights_->hitStencil, &BlockMasks::hit, block, worker, worker.occupied));
+    if (weights_->freeStencil && weights_->inference.freeSpace == FreeSpace::Samples)
+      reached.include(addCells(*weights_->freeStencil, &BlockMasks::free, block, worker, worker.free));
   }
   else
   {
-    uint32_t last = UINT32_MAX;
-    for (const uint32_t i : freeLists_.of(target))
-    {
-      if (i != last) any |= addSegment(freeWeights, training_->freeSegments[i], place, worker.free);
-      last = i;
-    }
+    reached.include(addPoints(training_->hitPoints, hitLists_.of(target),
+                              {weights_->kernel, 1.0, pointScale_}, placeOf(block), worker.occupied));
   }
-  if (any) round(pointScale_, worker.free);
+  if (!freeLists_.empty())
+  {
+    const WeightedKernel weights{weights_->kernel, weights_->inference.freeWeight, pointScale_};
+    reached.include(
+        training_->freeSegments.empty()
+            ? addPoints(training_->freePoints, freeLists_.of(target), weights, placeOf(block), worker.free)
+            : addSegments(freeLists_.of(target), weights, placeOf(block), worker.free));
+  }
 
   const int32_t number = training_->blocks.find(block);
-  if (number < 0 || static_cast<size_t>(number) >= training_->masks.size()) return;
+  if (number < 0 || static_cast<size_t>(number) >= training_->masks.size()) return reached;
   const CellMask& protectedHit = training_->masks[static_cast<size_t>(number)].protectedHit;
   for (size_t z = 0; z < kEdge; ++z)
   {
     for (uint64_t rest = protectedHit[z]; rest != 0; rest &= rest - 1)
       worker.free[z * kEdge * kEdge + static_cast<size_t>(__builtin_ctzll(rest))] = 0;
   }
+  return reached;
 }
 
 void BgkScanInference::Implementation::addGroup(const Group& group, Worker& worker,
@@ -493,44 +531,46 @@ void BgkScanInference::Implementation::addGroup(const Group& group, Worker& work
   const int part = std::min(kEdge, shape.edge());
   const bool holdsGroup = shape.edge() > kEdge;
   adder.clear();
-  CellIndex first;
+  CellIndex corner;
   for (uint32_t i = group.begin; i < group.end; ++i)
   {
     const size_t target = order_[i];
-    sumBlock(target, worker);
-    first = firstCellOf(targets_.blocks()[target]);
-    const int zBegin = shape.planar() ? layer_ - first.z : 0;
-    const int zEnd = shape.planar() ? zBegin + 1 : kEdge;
+    const CellIndex first = firstCellOf(targets_.blocks()[target]);
+    const Layers reached = sumBlock(target, worker);
+    Layers layers = reached;
+    if (shape.planar()) layers = {layer_ - first.z, layer_ - first.z + 1};
     const int partZ = shape.planar() ? 1 : part;
-    first.z += zBegin;
-    for (int z = zBegin; z < zEnd; z += partZ)
+    for (int z = shape.planar() ? layers.begin : layers.begin / part * part; z < layers.end; z += partZ)
     {
       for (int y = 0; y < kEdge; y += part)
       {
         for (int x = 0; x < kEdge; x += part)
         {
-          const CellIndex corner{first.x + x, first.y + y, first.z + z - zBegin};
-          addPart({x, y, z}, part, partZ, shape.offsetOf(corner), worker);
+          corner = {first.x + x, first.y + y, first.z + z};
+          addPart({x, y, z}, part, {std::max(z, layers.begin), std::min(z + partZ, layers.end)},
+                  shape.offsetOf(corner), worker);
           if (!holdsGroup) finish(corner);
         }
       }
     }
+    clearSums(reached, worker.occupied);
+    clearSums(reached, worker.free);
   }
-  if (holdsGroup) finish(first);
+  if (holdsGroup) finish(corner);
 }
 
 /** Hands the evidence of a part of a scan block to the adder.
- * @param from first cell of the part in the scan block; @param base Morton number of that cell in the map's
- * block */
-void BgkScanInference::Implementation::addPart(const CellIndex& from, int part, int partZ, uint32_t base,
-                                               Worker& worker) const
+ * @param from first cell of the part in the scan block; @param layers of the part that evidence may be in
+ * @param base Morton number of that first cell in the map's block */
+void BgkScanInference::Implementation::addPart(const CellIndex& from, int part, const Layers& layers,
+                                               uint32_t base, Worker& worker) const
 {
-  for (int z = 0; z < partZ; ++z)
+  for (int z = layers.begin; z < layers.end; ++z)
   {
     for (int y = 0; y < part; ++y)
     {
-      const auto row = static_cast<size_t>(((from.z + z) * kEdge + from.y + y) * kEdge + from.x);
-      const auto partRow = static_cast<size_t>((z * kEdge + y) * kEdge);
+      const auto row = static_cast<size_t>((z * kEdge + from.y + y) * kEdge + from.x);
+      const auto partRow = static_cast<size_t>(((z - from.z) * kEdge + y) * kEdge);
       for (int x = 0; x < part; ++x)
       {
         const size_t i = row + static_cast<size_t>(x);

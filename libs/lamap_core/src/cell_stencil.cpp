@@ -51,22 +51,21 @@ class PaddedRows
         {
           const uint32_t row = rowBits(leftBits, middleBits, rightBits, y);
           rows_[index(dy * kEdge + y, z)] = row;
-          any_ |= row;
+          layerBits_[static_cast<size_t>(z + reach)] |= row;
         }
       }
     }
   }
 
-  [[nodiscard]] bool any() const { return any_ != 0; }
+  [[nodiscard]] bool anyInLayer(int z) const { return layerBits_[static_cast<size_t>(z + reach_)] != 0; }
+  /// Bits of the cells −reach … 7 + reach of a row, lowest first.
   [[nodiscard]] uint32_t at(int y, int z) const { return rows_[index(y, z)]; }
-  [[nodiscard]] uint32_t at(size_t i) const { return rows_[i]; }
-  [[nodiscard]] size_t count() const { return static_cast<size_t>(edge_ * edge_); }
+
+ private:
   [[nodiscard]] size_t index(int y, int z) const
   {
     return static_cast<size_t>((z + reach_) * edge_ + y + reach_);
   }
-
- private:
   [[nodiscard]] uint32_t rowBits(uint64_t left, uint64_t middle, uint64_t right, int y) const
   {
     const int shift = y * kEdge;
@@ -78,7 +77,7 @@ class PaddedRows
   static constexpr size_t kMaxEdge = 3 * kEdge;
   int reach_;
   int edge_;
-  uint32_t any_ = 0;
+  std::array<uint32_t, kMaxEdge> layerBits_{};  ///< all rows of a layer together
   std::array<uint32_t, kMaxEdge * kMaxEdge> rows_;
 };
 
@@ -89,8 +88,8 @@ CellStencil::CellStencil(const Kernel& kernel, double factor, bool planar)
 {
   const double squaredSupport = kernel.support() * kernel.support();
   while (static_cast<double>(reach_ + 1) < kernel.support()) ++reach_;
-  const int dzMax = planar ? 0 : reach_;
-  for (int dz = -dzMax; dz <= dzMax; ++dz)
+  reachZ_ = planar ? 0 : reach_;
+  for (int dz = -reachZ_; dz <= reachZ_; ++dz)
   {
     for (int dy = -reach_; dy <= reach_; ++dy)
     {
@@ -115,90 +114,94 @@ CellStencil::CellStencil(const Kernel& kernel, double factor, bool planar)
   countable_ = reach_ <= kEdge && *std::max_element(classSizes_.begin(), classSizes_.end()) <= 255;
 }
 
-bool CellStencil::addUp(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const
+Layers CellStencil::addUp(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const
 {
   return countable_ ? addByCounting(neighbourhood, sums) : addByCell(neighbourhood, sums);
 }
 
 /** Counts, for every cell of the block, the marked cells at each squared distance, a row of 8 cells in the
  * bytes of a word; then weighs the counts. */
-bool CellStencil::addByCounting(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const
+Layers CellStencil::addByCounting(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const
 {
-  const PaddedRows rows(neighbourhood, reach_);
-  if (!rows.any()) return false;
-
+  constexpr int kMaxEdge = 3 * kEdge;
   constexpr size_t kRows = kEdge * kEdge;
-  constexpr size_t kMaxEdge = 3 * kEdge;
-  // Byte i: how many of the cells i − j and i + j of the row are marked (j = 0: whether cell i is).
-  std::array<uint64_t, kMaxEdge * kMaxEdge> pairs;
-  std::vector<uint64_t> counts(weights_.size() * kRows, 0);
-  for (int j = 0; j <= reach_; ++j)
+  const PaddedRows rows(neighbourhood, reach_);
+  Layers reached;
+  std::vector<uint64_t> counts;
+  for (int fromZ = -reach_; fromZ < kEdge + reach_; ++fromZ)
   {
-    for (size_t i = 0; i < rows.count(); ++i)
+    if (!rows.anyInLayer(fromZ)) continue;
+    if (counts.empty()) counts.resize(weights_.size() * kRows, 0);
+    reached.include({std::max(0, fromZ - reachZ_), std::min(kEdge, fromZ + reachZ_ + 1)});
+    for (int j = 0; j <= reach_; ++j)
     {
-      const uint32_t bits = rows.at(i);
-      pairs[i] = kByteLanes[bits >> (reach_ - j) & 0xFF];
-      if (j > 0) pairs[i] += kByteLanes[bits >> (reach_ + j) & 0xFF];
-    }
-    for (const Row& row : rows_)
-    {
-      if (j > row.extent) continue;
-      uint64_t* const count = &counts[static_cast<size_t>(j * j + row.dy * row.dy + row.dz * row.dz) * kRows];
-      for (int z = 0; z < kEdge; ++z)
+      // Byte i: how many of the cells i − j and i + j of the row are marked (j = 0: whether cell i is).
+      std::array<uint64_t, kMaxEdge> pairs;
+      for (int y = -reach_; y < kEdge + reach_; ++y)
       {
-        const uint64_t* const from = &pairs[rows.index(row.dy, z + row.dz)];
-        for (int y = 0; y < kEdge; ++y) count[z * kEdge + y] += from[y];
+        const uint32_t bits = rows.at(y, fromZ);
+        uint64_t& pair = pairs[static_cast<size_t>(y + reach_)];
+        pair = kByteLanes[bits >> (reach_ - j) & 0xFF];
+        if (j > 0) pair += kByteLanes[bits >> (reach_ + j) & 0xFF];
+      }
+      for (const Row& row : rows_)
+      {
+        const int z = fromZ - row.dz;
+        if (j > row.extent || z < 0 || z >= kEdge) continue;
+        const size_t squared = static_cast<size_t>(j * j + row.dy * row.dy + row.dz * row.dz);
+        uint64_t* const count = &counts[squared * kRows + static_cast<size_t>(z * kEdge)];
+        const uint64_t* const from = &pairs[static_cast<size_t>(row.dy + reach_)];
+        for (int y = 0; y < kEdge; ++y) count[y] += from[y];
       }
     }
   }
+  for (int row = reached.begin * kEdge; row < reached.end * kEdge; ++row)
+    addWeighted(&counts[static_cast<size_t>(row)], kRows, &sums[static_cast<size_t>(row * kEdge)]);
+  return reached;
+}
 
-  bool any = false;
-  for (size_t row = 0; row < kRows; ++row)
+/** Weighs the counts of one row of cells.
+ * @param counts of squared distance i at counts[i · stride], a cell in each byte; @param sums of the 8 cells,
+ * added to */
+void CellStencil::addWeighted(const uint64_t* counts, size_t stride, int64_t* sums) const
+{
+  uint64_t any = 0;
+  uint64_t notFull = 0;
+  for (size_t squared = 0; squared < weights_.size(); ++squared)
   {
-    uint64_t anyCount = 0;
-    uint64_t notFull = 0;
-    for (size_t squared = 0; squared < weights_.size(); ++squared)
-    {
-      const uint64_t lanes = counts[squared * kRows + row];
-      anyCount |= lanes;
-      notFull |= lanes ^ fullLanes_[squared];
-    }
-    if (anyCount == 0) continue;
-    any = true;
-    int64_t* const out = &sums[row * kEdge];
-    if (notFull == 0)  // the inside of free space
-    {
-      for (int x = 0; x < kEdge; ++x) out[x] += fullSum_;
-      continue;
-    }
-    for (size_t squared = 0; squared < weights_.size(); ++squared)
-    {
-      const uint64_t lanes = counts[squared * kRows + row];
-      const int64_t weight = weights_[squared];
-      for (int x = 0; x < kEdge; ++x) out[x] += weight * static_cast<int64_t>(lanes >> (8 * x) & 0xFF);
-    }
+    any |= counts[squared * stride];
+    notFull |= counts[squared * stride] ^ fullLanes_[squared];
   }
-  return any;
+  if (any == 0) return;
+  if (notFull == 0)  // the inside of free space
+  {
+    for (int x = 0; x < kEdge; ++x) sums[x] += fullSum_;
+    return;
+  }
+  for (size_t squared = 0; squared < weights_.size(); ++squared)
+  {
+    const uint64_t lanes = counts[squared * stride];
+    const int64_t weight = weights_[squared];
+    for (int x = 0; x < kEdge; ++x) sums[x] += weight * static_cast<int64_t>(lanes >> (8 * x) & 0xFF);
+  }
 }
 
 /// Spreads every marked cell over the block.
-bool CellStencil::addByCell(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const
+Layers CellStencil::addByCell(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const
 {
-  bool any = false;
+  Layers reached;
   const auto spread = [&](int x, int y, int z)  // relative to the block's first cell
   {
     for (const Row& row : rows_)
     {
       const int toY = y + row.dy;
       const int toZ = z + row.dz;
-      if (toY < 0 || toY >= kEdge || toZ < 0 || toZ >= kEdge) continue;
       const int begin = std::max(0, x - row.extent);
       const int end = std::min(kEdge - 1, x + row.extent);
+      if (toY < 0 || toY >= kEdge || toZ < 0 || toZ >= kEdge || begin > end) continue;
+      reached.include({toZ, toZ + 1});
       for (int toX = begin; toX <= end; ++toX)
-      {
         sums[static_cast<size_t>((toZ * kEdge + toY) * kEdge + toX)] += weight(toX - x, row.dy, row.dz);
-        any = true;
-      }
     }
   };
   const int n = neighbourhood.blocksEachWay;
@@ -221,7 +224,7 @@ bool CellStencil::addByCell(const MaskNeighbourhood& neighbourhood, BlockSums& s
       }
     }
   }
-  return any;
+  return reached;
 }
 
 }  // namespace lamap

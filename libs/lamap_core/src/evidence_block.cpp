@@ -190,11 +190,16 @@ bool EvidenceBlock::addInPlace(const BlockShape& shape, const uint64_t* touched,
     size_t rank = 0;
     for (size_t word = 0; word < maskWords; ++word)
     {
+      size_t position = rank;
+      uint64_t passed = 0;  // cells of the word before the one that is next
       for (uint64_t rest = touched[word]; rest != 0; rest &= rest - 1)
       {
         const auto bit = static_cast<uint32_t>(__builtin_ctzll(rest));
-        const size_t position = rank + countBits(observed[word] & ((uint64_t{1} << bit) - 1));
-        apply(values[position], added[word * 64 + bit]);
+        const uint64_t before = (uint64_t{1} << bit) - 1;
+        const uint64_t skipped = observed[word] & before & ~passed;
+        if (skipped != 0) position += countBits(skipped);
+        apply(values[position++], added[word * 64 + bit]);
+        passed = before << 1 | 1;
       }
       rank += countBits(observed[word]);
     }

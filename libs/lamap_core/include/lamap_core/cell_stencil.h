@@ -39,8 +39,9 @@ class CellStencil
   [[nodiscard]] int blocksEachWay() const { return (reach_ + kScanBlockEdge - 1) / kScanBlockEdge; }
   [[nodiscard]] const WeightScale& scale() const { return scale_; }
 
-  /// Sums for the block in the middle. @return false, with the sums untouched, if no marked cell reaches it.
-  bool addUp(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
+  /// Adds the sums for the block in the middle. @return the layers that marked cells reach; the others are
+  /// untouched.
+  Layers addUp(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
 
  private:
   /// The row of cells with these offsets, as far as |dx| ≤ extent.
@@ -50,14 +51,16 @@ class CellStencil
     int dz;
     int extent;
   };
-  [[nodiscard]] bool addByCounting(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
-  [[nodiscard]] bool addByCell(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
+  [[nodiscard]] Layers addByCounting(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
+  [[nodiscard]] Layers addByCell(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
+  void addWeighted(const uint64_t* counts, size_t stride, int64_t* sums) const;
   [[nodiscard]] int64_t weight(int dx, int dy, int dz) const
   {
     return weights_[static_cast<size_t>(dx * dx + dy * dy + dz * dz)];
   }
 
   int reach_ = 0;
+  int reachZ_ = 0;  ///< 0 in a planar map
   WeightScale scale_;
   std::vector<Row> rows_;
   std::vector<int64_t> weights_;      ///< by squared distance [cells²]

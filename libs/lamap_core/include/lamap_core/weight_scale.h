@@ -49,4 +49,18 @@ class WeightScale
 /// A sum for each cell of a scan block, in the weights' unit: index (z·8 + y)·8 + x.
 using BlockSums = std::array<int64_t, kScanBlockCells>;
 
+/// Layers [begin, end) of a scan block, e.g. those in which a sum may be positive.
+struct Layers
+{
+  int begin = kScanBlockEdge;
+  int end = 0;
+
+  [[nodiscard]] bool any() const { return begin < end; }
+  void include(const Layers& other)
+  {
+    begin = begin < other.begin ? begin : other.begin;
+    end = end > other.end ? end : other.end;
+  }
+};
+
 }  // namespace lamap
