@@ -163,7 +163,8 @@ void CBGKMap::TMapDefinition::loadFromConfigFile_map_specific(const mrpt::config
   }
   catch (const std::invalid_argument& error)
   {
-    throw std::invalid_argument("section [" + insertSection + "] of " + nameOf(source) + ": " + error.what());
+    throw std::invalid_argument(
+        withoutBrackets("section \"" + insertSection + "\" of " + nameOf(source) + ": " + error.what()));
   }
 }
 

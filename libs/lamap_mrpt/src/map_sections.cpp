@@ -29,8 +29,9 @@ void requireKnownSections(const mrpt::config::CConfigFileBase& source, const std
     if (std::any_of(known.begin(), known.end(),
                     [&](const auto& one) { return sameIgnoringCase(section, one); }))
       continue;
-    throw std::invalid_argument("unknown section [" + section + "] of " + nameOf(source) +
-                                "; the nearest one is [" + nearestOf(section, known) + "]");
+    throw std::invalid_argument(withoutBrackets("unknown section \"" + section + "\" of " + nameOf(source) +
+                                                "; the nearest one is \"" + nearestOf(section, known) +
+                                                "\""));
   }
 }
 

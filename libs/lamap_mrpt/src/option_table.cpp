@@ -86,7 +86,8 @@ std::string quoted(const std::string& text)
 std::string place(const std::string& table, const std::string& key, const std::string& text,
                   const std::string& section, const mrpt::config::CConfigFileBase& source)
 {
-  return table + "." + key + " = " + quoted(text) + " in section [" + section + "] of " + nameOf(source);
+  return table + "." + key + " = " + quoted(text) + " in section " + quoted(section) + " of " +
+         nameOf(source);
 }
 }  // namespace
 
@@ -314,8 +315,8 @@ void TOptionGroup::loadFromConfigFile(const mrpt::config::CConfigFileBase& sourc
         }
         catch (const std::invalid_argument& error)
         {
-          throw std::invalid_argument(place(table.name(), option->key, text, section, source) + " " +
-                                      error.what());
+          throw std::invalid_argument(
+              withoutBrackets(place(table.name(), option->key, text, section, source) + " " + error.what()));
         }
         continue;
       }
@@ -324,12 +325,13 @@ void TOptionGroup::loadFromConfigFile(const mrpt::config::CConfigFileBase& sourc
                       [&](const std::string& other) { return lower(other) == lower(key); });
       if (isForeign && toFlag(text)) continue;
       if (isForeign)
-        throw std::invalid_argument(place(table.name(), key, text, section, source) +
-                                    " is neither yes nor no; legal is " + kLegalFlag);
+        throw std::invalid_argument(withoutBrackets(place(table.name(), key, text, section, source) +
+                                                    " is neither yes nor no; legal is " + kLegalFlag));
       std::vector<std::string> known = foreign;
       for (const Option& option : table.options()) known.push_back(option.key);
-      throw std::invalid_argument("unknown option " + quoted(key) + " in section [" + section + "] of " +
-                                  nameOf(source) + "; the nearest one is " + quoted(nearestOf(key, known)));
+      throw std::invalid_argument(withoutBrackets("unknown option " + quoted(key) + " in section " +
+                                                  quoted(section) + " of " + nameOf(source) +
+                                                  "; the nearest one is " + quoted(nearestOf(key, known))));
     }
     try
     {
@@ -337,7 +339,8 @@ void TOptionGroup::loadFromConfigFile(const mrpt::config::CConfigFileBase& sourc
     }
     catch (const std::invalid_argument& error)
     {
-      throw std::invalid_argument("section [" + section + "] of " + nameOf(source) + ": " + error.what());
+      throw std::invalid_argument(
+          withoutBrackets("section " + quoted(section) + " of " + nameOf(source) + ": " + error.what()));
     }
   }
   catch (...)
@@ -350,7 +353,7 @@ void TOptionGroup::loadFromConfigFile(const mrpt::config::CConfigFileBase& sourc
 
 void TOptionGroup::saveToConfigFile(mrpt::config::CConfigFileBase& target, const std::string& section) const
 {
-  constexpr int kKeyWidth = 34;
+  constexpr int kNotPadded = -1;
   constexpr int kTextWidth = 10;
   for (const Option& option : optionTable().options())
   {
@@ -358,7 +361,8 @@ void TOptionGroup::saveToConfigFile(mrpt::config::CConfigFileBase& target, const
     const bool isText = std::holds_alternative<Option::Member<std::string>>(option.access);
     if (text.empty() && !isText) continue;
     const std::string unit = option.unit.empty() ? "" : " [" + option.unit + "]";
-    target.write(section, option.key, text, kKeyWidth, kTextWidth, option.doc + unit);
+    // Keys are not padded: a configuration in memory would have the spaces in their names.
+    target.write(section, option.key, text, kNotPadded, kTextWidth, option.doc + unit);
   }
 }
 
@@ -491,6 +495,13 @@ std::string nearestOf(const std::string& name, const std::vector<std::string>& c
     nearest = candidate;
   }
   return nearest;
+}
+
+std::string withoutBrackets(std::string message)
+{
+  std::replace(message.begin(), message.end(), '[', '(');
+  std::replace(message.begin(), message.end(), ']', ')');
+  return message;
 }
 
 std::string nameOf(const mrpt::config::CConfigFileBase& source)

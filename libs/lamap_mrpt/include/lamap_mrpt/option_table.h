@@ -173,6 +173,10 @@ struct OptionValue
 /// The candidate with the fewest letters to insert, delete, replace or swap; empty if there is no candidate.
 [[nodiscard]] std::string nearestOf(const std::string& name, const std::vector<std::string>& candidates);
 
+/** A message that MRPT passes on whole: when it wraps an exception it takes what stands before the first ]
+ * for a place in the source. */
+[[nodiscard]] std::string withoutBrackets(std::string message);
+
 /// The file that was loaded, or "the configuration".
 [[nodiscard]] std::string nameOf(const mrpt::config::CConfigFileBase& source);
 
