@@ -1,0 +1,72 @@
+#include "commands.h"
+
+#include <lamap_tools/render_map.h>
+
+#include <map>
+#include <memory>
+#include <string>
+
+namespace lamap::app
+{
+namespace
+{
+struct Arguments
+{
+  std::string map;
+  std::string out;
+  std::string size;
+  tools::RenderOptions options;
+};
+
+void describeView(CLI::App& command, Arguments& arguments)
+{
+  static const std::map<std::string, tools::View> kViews = {
+      {"top", tools::View::Top}, {"slice", tools::View::Slice}, {"3d", tools::View::Perspective}};
+  static const std::map<std::string, tools::ColorBy> kColors = {{"height", tools::ColorBy::Height},
+                                                                {"prob", tools::ColorBy::Prob},
+                                                                {"variance", tools::ColorBy::Variance}};
+  tools::RenderOptions& options = arguments.options;
+  command.add_option("--view", options.view, "top, slice or 3d")
+      ->transform(CLI::CheckedTransformer(kViews, CLI::ignore_case).description(""));
+  command
+      .add_option("--color", options.colorBy,
+                  "height, prob or variance; default: prob for slices, else height")
+      ->transform(CLI::CheckedTransformer(kColors, CLI::ignore_case).description(""));
+  command.add_option("--z", options.z_m, "slice: its height [m]; default: where most cells are occupied");
+  command.add_option("--z-min", options.zMin_m, "top, 3d: leave out cells below this height [m]");
+  command.add_option("--z-max", options.zMax_m,
+                     "top, 3d: leave out cells above this height [m], a ceiling say");
+  command.add_option("--size", arguments.size,
+                     "WIDTHxHEIGHT in pixels; default: 1600 wide, as high as the map asks for");
+  command
+      .add_option("--azimuth", options.azimuth_deg,
+                  "3d: where the camera stands, counter-clockwise from +x [deg]")
+      ->capture_default_str();
+  command.add_option("--elevation", options.elevation_deg, "3d: how high the camera stands, -90 to 90 [deg]")
+      ->capture_default_str();
+  command.add_option("--zoom", options.zoom, "1 shows all, 2 the middle half, ...")->capture_default_str();
+  command.add_flag("--show-free", options.showFree, "3d: free space as a faint surface");
+}
+}  // namespace
+
+void addRender(CLI::App& app, Action& action)
+{
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("render", "Draw a map into a PNG, without a display");
+  command->add_option("map", arguments->map, "A saved map (.lamap.gz), or OctoMap's .ot or .bt")->required();
+  command->add_option("-o,--output", arguments->out, "The picture, .png")->required();
+  describeView(*command, *arguments);
+  command->callback(
+      [&action, arguments]
+      {
+        action = [arguments]
+        {
+          if (!arguments->size.empty()) tools::parseSize(arguments->size, arguments->options);
+          tools::requireDrawable(arguments->out, arguments->options);
+          tools::renderMap(*tools::openCellMap(arguments->map), arguments->out, arguments->options);
+          return 0;
+        };
+      });
+}
+
+}  // namespace lamap::app

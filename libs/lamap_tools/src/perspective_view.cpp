@@ -1,0 +1,432 @@
+#include "perspective_view.h"
+
+#include <lamap_tools/cell_table.h>
+#include <lamap_tools/palette.h>
+#include <mrpt/math/CMatrixF.h>
+#include <mrpt/opengl/CFBORender.h>
+#include <mrpt/opengl/COpenGLScene.h>
+#include <mrpt/opengl/CSetOfLines.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "picture_frame.h"
+#include "pinhole_view.h"
+#include "voxel_mesh.h"
+
+namespace lamap::tools
+{
+namespace
+{
+using Eigen::Vector3d;
+using mrpt::img::CImage;
+using mrpt::img::TColor;
+
+const TColor kBackground(255, 255, 255);
+const TColor kGrid(205, 210, 215);
+const TColor kFreeSurface(120, 175, 235);
+constexpr double kHighest = 0.97;  // of the palette
+
+/// One picture is drawn this much larger and averaged down, against jagged edges.
+constexpr int kOversampling = 2;
+constexpr double kDegree = 3.14159265358979323846 / 180;
+/// About 260 bytes each in MRPT and as much again in OpenGL; a picture has fewer pixels than this.
+constexpr size_t kMaxFaces = 4'000'000;
+
+bool withinHeights(const CellIndex& cell, double resolution_m, const RenderOptions& options)
+{
+  const double z_m = (cell.z + 0.5) * resolution_m;
+  return (!options.zMin_m || z_m >= *options.zMin_m) && (!options.zMax_m || z_m <= *options.zMax_m);
+}
+
+/// The cells to draw, relative to the first cell of their extent, 2^coarseness finest cells an edge.
+struct Cells
+{
+  CellExtent extent;  ///< of the occupied ones
+  int coarseness = 0;
+  std::vector<CellIndex> occupied;
+  std::vector<CellIndex> free;
+  std::vector<std::pair<CellIndex, float>> quantity;  ///< what colours them (not for heights), sorted
+  float greatestVariance = 0;
+};
+
+CellExtent occupiedExtent(const CellMap& map, const RenderOptions& options)
+{
+  std::optional<CellExtent> extent;
+  map.visitCells(
+      [&](const CellIndex& cell, const CellEstimate& estimate)
+      {
+        if (estimate.state != CellState::Occupied || !withinHeights(cell, map.resolution(), options)) return;
+        if (!extent) extent = CellExtent{cell, cell};
+        extent->include(cell);
+      });
+  if (!extent)
+    throw std::runtime_error(
+        "the map has no occupied cell at the heights asked for, there is nothing to draw");
+  return *extent;
+}
+
+CellIndex coarse(const CellIndex& cell, const CellExtent& extent, int coarseness)
+{
+  const auto index = [&](int32_t own, int32_t first)
+  { return static_cast<int32_t>((int64_t{own} - first) >> coarseness); };
+  return {index(cell.x, extent.first.x), index(cell.y, extent.first.y), index(cell.z, extent.first.z)};
+}
+
+bool inside(const CellIndex& cell, const CellExtent& extent)
+{
+  const auto& [a, b] = extent;
+  return cell.x >= a.x && cell.x <= b.x && cell.y >= a.y && cell.y <= b.y && cell.z >= a.z && cell.z <= b.z;
+}
+
+Cells gather(const CellMap& map, const RenderOptions& options, const CellExtent& extent, int coarseness)
+{
+  Cells cells;
+  cells.extent = extent;
+  cells.coarseness = coarseness;
+  map.visitCells(
+      [&](const CellIndex& cell, const CellEstimate& estimate)
+      {
+        if (!inside(cell, extent) || !withinHeights(cell, map.resolution(), options)) return;
+        if (estimate.state == CellState::Free && options.showFree)
+          cells.free.push_back(coarse(cell, extent, coarseness));
+        if (estimate.state != CellState::Occupied) return;
+        cells.occupied.push_back(coarse(cell, extent, coarseness));
+        if (options.colorBy != ColorBy::Prob && options.colorBy != ColorBy::Variance) return;
+        const float variance = static_cast<float>(estimate.variance.value_or(0));
+        cells.greatestVariance = std::max(cells.greatestVariance, variance);
+        cells.quantity.emplace_back(cells.occupied.back(), options.colorBy == ColorBy::Prob
+                                                               ? static_cast<float>(estimate.prob)
+                                                               : variance);
+      });
+  // Where several finest cells share a coarse one, the greatest colours it.
+  std::sort(cells.quantity.begin(), cells.quantity.end(),
+            [](const auto& a, const auto& b)
+            { return a.first == b.first ? a.second > b.second : inTableOrder(a.first, b.first); });
+  return cells;
+}
+
+/// As fine as kMaxFaces allows.
+Cells gatherWithinLimits(const CellMap& map, const RenderOptions& options)
+{
+  const CellExtent extent = occupiedExtent(map, options);
+  for (int coarseness = 0;; ++coarseness)
+  {
+    Cells cells = gather(map, options, extent, coarseness);
+    if (VoxelMesh(cells.occupied, 1).faceCount() + VoxelMesh(cells.free, 1).faceCount() <= kMaxFaces)
+      return cells;
+  }
+}
+
+float quantityOf(const Cells& cells, const CellIndex& cell)
+{
+  const auto found =
+      std::lower_bound(cells.quantity.begin(), cells.quantity.end(), cell,
+                       [](const auto& a, const CellIndex& b) { return inTableOrder(a.first, b); });
+  return found->second;
+}
+
+/// The palette's range: heights [m], probabilities, or variances.
+Legend legendFor(const CellMap& map, const Cells& cells, const RenderOptions& options)
+{
+  Legend legend;
+  const double r = map.resolution();
+  if (options.colorBy == ColorBy::Prob)
+  {
+    legend.title = "P(occupied)";
+    legend.from = 0.5;
+    legend.fractionAtTo = kHighest;
+  }
+  else if (options.colorBy == ColorBy::Variance)
+  {
+    legend.title = "variance";
+    legend.palette = Palette::Variance;
+    legend.to = static_cast<double>(cells.greatestVariance);
+  }
+  else
+  {
+    legend.title = "z [m]";
+    legend.fractionAtTo = kHighest;
+    legend.from = cells.extent.first.z * r;
+    legend.to = (cells.extent.last.z + 1.0) * r;
+  }
+  if (options.showFree) legend.swatches.push_back({kFreeSurface, "free space"});
+  return legend;
+}
+
+VoxelMesh::ColorOf colorsFor(const Cells& cells, const Legend& legend, const RenderOptions& options, double r)
+{
+  return [&cells, &options, legend, r](const CellIndex& cell)
+  {
+    double quantity = 0;
+    if (options.colorBy == ColorBy::Prob || options.colorBy == ColorBy::Variance)
+      quantity = static_cast<double>(quantityOf(cells, cell));
+    else
+      quantity = cells.extent.first.z * r + (cell.z + 0.5) * std::ldexp(r, cells.coarseness);
+    return paletteColor(legend.palette,
+                        legend.fractionAtTo * (quantity - legend.from) / (legend.to - legend.from));
+  };
+}
+
+/// The ground under the map, and its lines in metres of the map frame.
+struct Ground
+{
+  Vector3d origin_map;  ///< of the scene's frame
+  double step_m = 1;
+  double xMin_m = 0, xMax_m = 0, yMin_m = 0, yMax_m = 0;  ///< in the map frame, multiples of the step
+};
+
+Ground groundUnder(const CellExtent& extent, double r)
+{
+  Ground ground;
+  ground.origin_map = {extent.first.x * r, extent.first.y * r, extent.first.z * r};
+  const double xTo = (extent.last.x + 1.0) * r;
+  const double yTo = (extent.last.y + 1.0) * r;
+  ground.step_m = roundStep(std::max(xTo - ground.origin_map.x(), yTo - ground.origin_map.y()) / 12);
+  const auto down = [&](double x) { return std::floor(x / ground.step_m) * ground.step_m; };
+  const auto up = [&](double x) { return std::ceil(x / ground.step_m) * ground.step_m; };
+  ground.xMin_m = down(ground.origin_map.x());
+  ground.yMin_m = down(ground.origin_map.y());
+  ground.xMax_m = up(xTo);
+  ground.yMax_m = up(yTo);
+  return ground;
+}
+
+mrpt::opengl::CSetOfLines::Ptr gridLines(const Ground& ground)
+{
+  auto lines = mrpt::opengl::CSetOfLines::Create();
+  lines->setColor_u8(kGrid);
+  lines->setLineWidth(kOversampling);
+  const Vector3d& o = ground.origin_map;
+  for (const double x : multiplesWithin(ground.xMin_m, ground.xMax_m, ground.step_m))
+    lines->appendLine(x - o.x(), ground.yMin_m - o.y(), 0.0, x - o.x(), ground.yMax_m - o.y(), 0.0);
+  for (const double y : multiplesWithin(ground.yMin_m, ground.yMax_m, ground.step_m))
+    lines->appendLine(ground.xMin_m - o.x(), y - o.y(), 0.0, ground.xMax_m - o.x(), y - o.y(), 0.0);
+  return lines;
+}
+
+/// As high as the points ask for at this width.
+void fitWithHeight(PinholeView& view, const std::vector<Vector3d>& points, double margin)
+{
+  view.height = view.width;
+  view.fit(points, margin);
+  double top = view.height;
+  double bottom = 0;
+  for (const Vector3d& point : points)
+    if (const auto pixel = view.project(point))
+    {
+      top = std::min(top, pixel->y);
+      bottom = std::max(bottom, pixel->y);
+    }
+  const double height = std::clamp(bottom - top + 2 * margin, 0.4 * view.width, view.width);
+  // The same focal length in a lower picture, so that the points keep their size.
+  view.verticalFov_rad = 2 * std::atan(std::tan(view.verticalFov_rad / 2) * std::round(height) / view.height);
+  view.height = std::round(height);
+  view.fit(points, margin);
+}
+
+/// What to bring into view: the occupied cells (a sample of many) and the ground's corners.
+PinholeView viewOf(const Cells& cells, const Ground& ground, const RenderOptions& options, double edge_m,
+                   int width, int height)
+{
+  std::vector<Vector3d> points;
+  constexpr size_t kEnough = 200'000;
+  const size_t stride = cells.occupied.size() / kEnough + 1;
+  for (size_t i = 0; i < cells.occupied.size(); i += stride)
+    points.push_back(cellCentre(cells.occupied[i], edge_m));
+  for (const double x : {ground.xMin_m, ground.xMax_m})
+    for (const double y : {ground.yMin_m, ground.yMax_m})
+      points.push_back(Vector3d(x, y, ground.origin_map.z()) - ground.origin_map);
+
+  PinholeView view;
+  view.azimuth_rad = options.azimuth_deg * kDegree;
+  view.elevation_rad = options.elevation_deg * kDegree;
+  view.verticalFov_rad = 30 * kDegree;
+  view.width = width;
+  constexpr double kMargin = 45;  // for the numbers along the grid
+  if (height > 0)
+  {
+    view.height = height;
+    view.fit(points, kMargin);
+  }
+  else
+    fitWithHeight(view, points, kMargin);
+  view.distance /= options.zoom;
+  return view;
+}
+
+struct Shot
+{
+  CImage color;
+  mrpt::math::CMatrixFloat depth;  ///< 0: background
+};
+
+/// As near to the scene as can be: OpenGL's depth has few steps.
+struct Clip
+{
+  double nearest = 0;
+  double farthest = 0;
+};
+
+Clip clipAround(const Ground& ground, const Cells& cells, double r, const PinholeView& view)
+{
+  Clip clip{view.distance, view.distance};
+  for (const double x : {ground.xMin_m, ground.xMax_m})
+    for (const double y : {ground.yMin_m, ground.yMax_m})
+      for (const double z : {cells.extent.first.z * r, (cells.extent.last.z + 1.0) * r})
+      {
+        const double depth =
+            view.distance - (Vector3d(x, y, z) - ground.origin_map - view.lookAt).dot(view.backward());
+        clip.nearest = std::min(clip.nearest, depth);
+        clip.farthest = std::max(clip.farthest, depth);
+      }
+  clip.farthest *= 1.01;
+  clip.nearest = std::max(0.99 * clip.nearest, 1e-3 * clip.farthest);
+  return clip;
+}
+
+Shot shoot(const std::vector<mrpt::opengl::CRenderizable::Ptr>& objects, const PinholeView& view,
+           const Clip& clip)
+{
+  mrpt::opengl::COpenGLScene scene;
+  for (const auto& object : objects) scene.insert(object);
+  auto viewport = scene.getViewport();
+  viewport->setCustomBackgroundColor(mrpt::img::TColorf(kBackground));
+  viewport->setViewportClipDistances(static_cast<float>(clip.nearest), static_cast<float>(clip.farthest));
+
+  Shot shot;
+  try
+  {
+    mrpt::opengl::CFBORender renderer(static_cast<unsigned>(view.width) * kOversampling,
+                                      static_cast<unsigned>(view.height) * kOversampling);
+    auto& camera = renderer.getCamera(scene);
+    camera.setPointingAt(static_cast<float>(view.lookAt.x()), static_cast<float>(view.lookAt.y()),
+                         static_cast<float>(view.lookAt.z()));
+    camera.setZoomDistance(static_cast<float>(view.distance));
+    camera.setAzimuthDegrees(static_cast<float>(view.azimuth_rad / kDegree));
+    camera.setElevationDegrees(static_cast<float>(view.elevation_rad / kDegree));
+    camera.setProjectiveFOVdeg(static_cast<float>(view.verticalFov_rad / kDegree));
+    renderer.render_RGBD(scene, shot.color, shot.depth);
+  }
+  catch (const std::exception& error)
+  {
+    throw std::runtime_error(
+        std::string("the 3D view draws through EGL, which does not work here (it needs the packages "
+                    "libegl1 and libgl1-mesa-dri, no display and no GPU): ") +
+        error.what());
+  }
+  return shot;
+}
+
+/** Eye-dome lighting (Boucheny 2009): a pixel that lies deeper than its neighbours is darkened, so that edges
+ * show where colours alone do not tell two walls apart. */
+void shadeByDepth(Shot& shot)
+{
+  const int rows = static_cast<int>(shot.depth.rows());
+  const int cols = static_cast<int>(shot.depth.cols());
+  constexpr int kReach = kOversampling;
+  constexpr double kStrength = 12.0;
+  constexpr double kMostShade = 0.45;
+  const auto logDepth = [&](int row, int col)
+  { return std::log2(static_cast<double>(shot.depth(row, col))); };
+  for (int row = kReach; row < rows - kReach; ++row)
+  {
+    uint8_t* pixels = shot.color.ptrLine<uint8_t>(static_cast<unsigned>(row));
+    for (int col = kReach; col < cols - kReach; ++col)
+    {
+      if (shot.depth(row, col) <= 0) continue;
+      const double own = logDepth(row, col);
+      double deeper = 0;
+      for (const auto& [dy, dx] : {std::pair{-kReach, 0}, {kReach, 0}, {0, -kReach}, {0, kReach}})
+        if (shot.depth(row + dy, col + dx) > 0) deeper += std::max(0.0, own - logDepth(row + dy, col + dx));
+      const double light = std::max(1 - kMostShade, std::exp(-kStrength * deeper / 4));
+      for (int channel = 0; channel < 3; ++channel)
+        pixels[3 * col + channel] = static_cast<uint8_t>(pixels[3 * col + channel] * light);
+    }
+  }
+}
+
+/// A second scene over the first, see-through where it is in front.
+void blendInFront(Shot& shot, const Shot& front, double opacity)
+{
+  for (int row = 0; row < static_cast<int>(shot.depth.rows()); ++row)
+  {
+    uint8_t* below = shot.color.ptrLine<uint8_t>(static_cast<unsigned>(row));
+    const uint8_t* above = front.color.ptrLine<uint8_t>(static_cast<unsigned>(row));
+    for (int col = 0; col < static_cast<int>(shot.depth.cols()); ++col)
+    {
+      const float depth = front.depth(row, col);
+      if (depth <= 0 || (shot.depth(row, col) > 0 && shot.depth(row, col) < depth)) continue;
+      for (int channel = 3 * col; channel < 3 * col + 3; ++channel)
+        below[channel] =
+            static_cast<uint8_t>(std::lround(below[channel] * (1 - opacity) + above[channel] * opacity));
+    }
+  }
+}
+
+/// Metres along the two edges of the ground that are nearest to the camera.
+void drawGridNumbers(CImage& picture, const PinholeView& view, const Ground& ground)
+{
+  const Vector3d& o = ground.origin_map;
+  const double nearX = std::cos(view.azimuth_rad) >= 0 ? ground.xMax_m : ground.xMin_m;
+  const double nearY = std::sin(view.azimuth_rad) >= 0 ? ground.yMax_m : ground.yMin_m;
+  const double away = 0.35 * ground.step_m;
+  const auto write = [&](double x, double y, const std::string& text)
+  {
+    const auto pixel = view.project(Vector3d(x, y, o.z()) - o);
+    if (pixel)
+      drawText(picture, static_cast<int>(pixel->x), static_cast<int>(pixel->y) - kTextHeight / 2, text,
+               Anchor::Middle);
+  };
+  const double outX = nearX + (nearX == ground.xMax_m ? away : -away);
+  const double outY = nearY + (nearY == ground.yMax_m ? away : -away);
+  for (const double x : multiplesWithin(ground.xMin_m, ground.xMax_m, ground.step_m))
+    write(x, outY, roundText(x));
+  for (const double y : multiplesWithin(ground.yMin_m, ground.yMax_m, ground.step_m))
+    write(outX, y, roundText(y));
+}
+}  // namespace
+
+CImage drawPerspective(const CellMap& map, const RenderOptions& options)
+{
+  const double r = map.resolution();
+  const Cells cells = gatherWithinLimits(map, options);
+  if (options.colorBy == ColorBy::Variance && !(cells.greatestVariance > 0))
+    throw std::runtime_error("the map has no variance to be coloured by; colour it by height or prob");
+  const double edge_m = std::ldexp(r, cells.coarseness);
+  const Legend legend = legendFor(map, cells, options);
+  const Ground ground = groundUnder(cells.extent, r);
+  constexpr int kTop = 50;
+  const int sceneWidth = options.width - kLegendWidth;
+  const PinholeView view =
+      viewOf(cells, ground, options, edge_m, sceneWidth, std::max(0, options.height - kTop));
+  const int height = kTop + static_cast<int>(view.height);
+
+  const auto solid = VoxelMesh(cells.occupied, edge_m).triangles(colorsFor(cells, legend, options, r));
+  const Clip clip = clipAround(ground, cells, r, view);
+  Shot shot = shoot({gridLines(ground), solid}, view, clip);
+  shadeByDepth(shot);
+  if (options.showFree && !cells.free.empty())
+  {
+    const auto faint = VoxelMesh(cells.free, edge_m).triangles([](const CellIndex&) { return kFreeSurface; });
+    constexpr double kOpacity = 0.3;
+    blendInFront(shot, shoot({faint}, view, clip), kOpacity);
+  }
+
+  CImage scene;
+  shot.color.scaleImage(scene, static_cast<unsigned>(sceneWidth), static_cast<unsigned>(height - kTop),
+                        mrpt::img::IMG_INTERP_AREA);
+  drawGridNumbers(scene, view, ground);
+  CImage picture(static_cast<unsigned>(options.width), static_cast<unsigned>(height), mrpt::img::CH_RGB);
+  picture.filledRectangle(0, 0, options.width, height, kBackground);
+  picture.drawImage(0, kTop, scene);
+  drawLegend(picture, sceneWidth + 10, kTop, height - 2 * kTop, legend);
+  drawTitle(picture, 20, 16,
+            map.className() + ", cells of " + roundText(r) + " m, grid of " + roundText(ground.step_m) +
+                " m" + (cells.coarseness > 0 ? ", drawn at " + roundText(edge_m) + " m" : ""));
+  return picture;
+}
+
+}  // namespace lamap::tools
