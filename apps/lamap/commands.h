@@ -12,6 +12,10 @@ using Action = std::function<int()>;
 
 // One function per subcommand: describes it, and sets the action when it was chosen.
 void addBuild(CLI::App& app, Action& action);
+void addInfo(CLI::App& app, Action& action);
+void addQuery(CLI::App& app, Action& action);
+void addExport(CLI::App& app, Action& action);
+void addRender(CLI::App& app, Action& action);
 /// @param program  what takeProgram() took from the command line
 void addRun(CLI::App& app, Action& action, const std::vector<std::string>& program);
 

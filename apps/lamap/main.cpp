@@ -23,6 +23,10 @@ int main(int argc, char** argv)
   app.require_subcommand(1);
   Action action;
   addBuild(app, action);
+  addInfo(app, action);
+  addQuery(app, action);
+  addExport(app, action);
+  addRender(app, action);
   std::vector<std::string> arguments(argv + 1, argv + argc);
   addRun(app, action, takeProgram(arguments));
   try
