@@ -52,10 +52,11 @@ class FanSelector
   void addNoReturn(const Eigen::Vector3d& direction)
   {
     if (!direction.allFinite()) return count(counts_.notFinite);
-    const double length = direction.stableNorm();  // any length > 0 will do
-    if (!(length > 0)) return count(counts_.tooNear);
+    const double largest = direction.cwiseAbs().maxCoeff();
+    if (!(largest > 0)) return count(counts_.tooNear);
     if (!noReturnIsFree_ || !std::isfinite(max_m_)) return count(counts_.unbounded);
-    selected.freeRays_map.push_back(direction / length * max_m_);
+    // Any length will do: divided by the largest part first, so that no square is too small or too large.
+    selected.freeRays_map.push_back((direction / largest).normalized() * max_m_);
     count(counts_.freeOnly);
   }
 
