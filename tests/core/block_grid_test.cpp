@@ -1,0 +1,123 @@
+#include <gtest/gtest.h>
+#include <lamap_core/block_grid.h>
+#include <support/grid_words.h>
+#include <support/seeded_scans.h>
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+namespace lamap::test
+{
+namespace
+{
+void put(BlockGrid& grid, const CellIndex& cell, const Evidence& evidence)
+{
+  EvidenceBlock& block = grid.findOrCreate(grid.blockOf(cell));
+  DenseBlock dense(grid.shape());
+  block.unpack(grid.shape(), dense);
+  const uint32_t offset = grid.shape().offsetOf(cell);
+  dense.setObserved(offset);
+  dense.occupied[offset] = evidence.occupied;
+  dense.free[offset] = evidence.free;
+  block.pack(grid.shape(), dense, {});
+}
+
+TEST(BlockGrid, FindsTheBlockOfACellOnBothSidesOfTheOrigin)
+{
+  for (const bool planar : {false, true})
+    for (int log2Edge = 1; log2Edge <= 5; ++log2Edge)
+    {
+      const BlockGrid grid(BlockShape(log2Edge, planar));
+      const int edge = 1 << log2Edge;
+      Random random(static_cast<uint64_t>(log2Edge));
+      for (int i = 0; i < 200; ++i)
+      {
+        const int reach = i < 100 ? 3 * edge : 2147000000;
+        const CellIndex cell{random.integer(-reach, reach), random.integer(-reach, reach),
+                             random.integer(-reach, reach)};
+        const auto floorDivided = [edge](int32_t index)
+        { return static_cast<int32_t>(std::floor(index / double(edge))); };
+        const BlockIndex block = grid.blockOf(cell);
+        EXPECT_EQ(block.x, floorDivided(cell.x));
+        EXPECT_EQ(block.y, floorDivided(cell.y));
+        EXPECT_EQ(block.z, planar ? cell.z : floorDivided(cell.z));
+        const CellIndex first = grid.firstCellOf(block);
+        const CellIndex local = grid.shape().localOf(grid.shape().offsetOf(cell));
+        EXPECT_TRUE((CellIndex{first.x + local.x, first.y + local.y, first.z + local.z}) == cell);
+      }
+    }
+}
+
+TEST(BlockGrid, GivesBackWhatWasPutAndZeroElsewhere)
+{
+  for (unsigned seed = 1; seed <= 20; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    BlockGrid grid(BlockShape(random.integer(1, 5), seed % 2 == 0));
+    std::map<std::tuple<int, int, int>, Evidence> truth;
+    const int reach = 40;
+    for (int i = 0; i < 100; ++i)
+    {
+      const CellIndex cell{random.integer(-reach, reach), random.integer(-reach, reach),
+                           random.integer(-reach, reach)};
+      const Evidence evidence{random.bits() >> 33, 1 + (random.bits() >> 33)};
+      put(grid, cell, evidence);
+      truth[{cell.z, cell.y, cell.x}] = evidence;
+    }
+    for (int i = 0; i < 2000; ++i)
+    {
+      const CellIndex cell{random.integer(-reach, reach), random.integer(-reach, reach),
+                           random.integer(-reach, reach)};
+      const auto found = truth.find({cell.z, cell.y, cell.x});
+      EXPECT_TRUE(grid.evidence(cell) == (found == truth.end() ? Evidence{} : found->second));
+    }
+    const std::vector<CellEvidence> cells = cellsOf(grid);
+    ASSERT_EQ(cells.size(), truth.size());
+    auto expected = truth.begin();
+    for (const CellEvidence& cell : cells) EXPECT_TRUE(cell.evidence == (expected++)->second);
+  }
+}
+
+TEST(BlockGrid, SortsItsBlocksByZThenYThenX)
+{
+  BlockGrid grid(BlockShape(3, false));
+  Random random(3);
+  for (int i = 0; i < 300; ++i)
+    grid.findOrCreate({random.integer(-5, 5), random.integer(-5, 5), random.integer(-5, 5)});
+  const std::vector<BlockIndex> blocks = grid.sortedBlocks();
+  ASSERT_EQ(blocks.size(), grid.blockCount());
+  for (size_t i = 1; i < blocks.size(); ++i)
+    EXPECT_LT(std::make_tuple(blocks[i - 1].z, blocks[i - 1].y, blocks[i - 1].x),
+              std::make_tuple(blocks[i].z, blocks[i].y, blocks[i].x));
+}
+
+TEST(BlockGrid, CopiesItsBlocks)
+{
+  BlockGrid grid(BlockShape(2, false));
+  put(grid, {1, 2, 3}, {4, 5});
+  put(grid, {-1, 2, 3}, {6, 7});
+  BlockGrid copy(grid), assigned(BlockShape(3, true));
+  assigned = grid;
+  EXPECT_EQ(differenceOf(copy, grid), "");
+  EXPECT_EQ(differenceOf(assigned, grid), "");
+  EXPECT_TRUE(assigned.shape() == grid.shape());
+  put(copy, {1, 2, 3}, {40, 50});
+  EXPECT_TRUE(grid.evidence({1, 2, 3}) == (Evidence{4, 5}));
+  EXPECT_NE(differenceOf(copy, grid), "");
+  grid.clear();
+  EXPECT_EQ(grid.blockCount(), 0u);
+  EXPECT_TRUE(assigned.evidence({-1, 2, 3}) == (Evidence{6, 7}));
+}
+
+TEST(BlockGrid, CountsTheBytesOfBlocksAndIndex)
+{
+  BlockGrid grid(BlockShape(3, false));
+  for (int x = -64; x < 64; ++x) put(grid, {x, 0, 0}, {1, 1});
+  // 16 blocks, each 8 mask words and 8 leaves.
+  EXPECT_GE(grid.memoryBytes(), 16u * 16u * 8u);
+  EXPECT_LE(grid.memoryBytes(), 16u * 16u * 8u + 16384u);
+}
+}  // namespace
+}  // namespace lamap::test
