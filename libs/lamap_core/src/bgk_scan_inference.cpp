@@ -159,6 +159,7 @@ class BgkScanInference::Implementation
     BlockSums occupied{};  ///< all zero between blocks
     BlockSums free{};
     BlockAdder adder;
+    std::vector<const BlockMasks*> neighbours;
     MaskNeighbourhood neighbourhood;
     std::vector<std::pair<BlockIndex, EvidenceBlock>> created;
   };
@@ -179,7 +180,8 @@ class BgkScanInference::Implementation
   void groupTargets(int log2GroupEdge);
   void tabulatePartOffsets(const BlockShape& shape);
   Layers sumBlock(size_t target, Worker& worker) const;
-  Layers addCells(const CellStencil& stencil, CellMask BlockMasks::*mask, const BlockIndex& block,
+  void findNeighbours(const BlockIndex& block, Worker& worker) const;
+  Layers addCells(const CellStencil& stencil, CellMask BlockMasks::*mask, bool BlockMasks::*any,
                   Worker& worker, BlockSums& sums) const;
   Layers addPoints(const std::vector<Eigen::Vector3d>& points, const BlockLists::Range& list,
                    const WeightedKernel& weights, const BlockPlace& place, BlockSums& sums) const;
@@ -417,26 +419,37 @@ void BgkScanInference::Implementation::groupTargets(int log2GroupEdge)
   }
 }
 
+/// Looks up the blocks around one, as far as the stencils reach.
+void BgkScanInference::Implementation::findNeighbours(const BlockIndex& block, Worker& worker) const
+{
+  const int n = std::max(1, weights_->hitStencil.blocksEachWay());
+  worker.neighbours.clear();
+  forEachBlock(
+      {block.x - n, block.y - n, block.z - n}, {block.x + n, block.y + n, block.z + n},
+      [&](const BlockIndex& neighbour)
+      {
+        const int32_t number = training_->blocks.find(neighbour);
+        const bool there = number >= 0 && static_cast<size_t>(number) < training_->masks.size();
+        worker.neighbours.push_back(there ? &training_->masks[static_cast<size_t>(number)] : nullptr);
+      });
+  worker.neighbourhood.blocksEachWay = n;
+  worker.neighbourhood.masks.resize(worker.neighbours.size());
+}
+
 /// @return the layers that the marked cells reach, their sums rounded to cell evidence.
 Layers BgkScanInference::Implementation::addCells(const CellStencil& stencil, CellMask BlockMasks::*mask,
-                                                  const BlockIndex& block, Worker& worker,
+                                                  bool BlockMasks::*any, Worker& worker,
                                                   BlockSums& sums) const
 {
-  MaskNeighbourhood& neighbourhood = worker.neighbourhood;
-  neighbourhood.blocksEachWay = std::max(1, stencil.blocksEachWay());
-  neighbourhood.masks.clear();
-  const int n = neighbourhood.blocksEachWay;
-  bool any = false;
-  forEachBlock({block.x - n, block.y - n, block.z - n}, {block.x + n, block.y + n, block.z + n},
-               [&](const BlockIndex& neighbour)
-               {
-                 const int32_t number = training_->blocks.find(neighbour);
-                 const bool there = number >= 0 && static_cast<size_t>(number) < training_->masks.size();
-                 neighbourhood.masks.push_back(there ? &(training_->masks[static_cast<size_t>(number)].*mask)
-                                                     : nullptr);
-                 any = any || there;
-               });
-  const Layers reached = any ? stencil.addUp(neighbourhood, sums) : Layers{};
+  bool anyMarked = false;
+  for (size_t i = 0; i < worker.neighbours.size(); ++i)
+  {
+    const BlockMasks* neighbour = worker.neighbours[i];
+    const bool marked = neighbour && neighbour->*any;
+    worker.neighbourhood.masks[i] = marked ? &(neighbour->*mask) : nullptr;
+    anyMarked = anyMarked || marked;
+  }
+  const Layers reached = anyMarked ? stencil.addUp(worker.neighbourhood, sums) : Layers{};
   roundSums(stencil.scale(), reached, sums);
   return reached;
 }
@@ -479,9 +492,12 @@ Layers BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker)
   Layers reached;
   if (weights_->inference.trainingPoints == TrainingPoints::Cells)
   {
-    reached.include(addCells(weights_->hitStencil, &BlockMasks::hit, block, worker, worker.occupied));
+    findNeighbours(block, worker);
+    reached.include(
+        addCells(weights_->hitStencil, &BlockMasks::hit, &BlockMasks::anyHit, worker, worker.occupied));
     if (weights_->freeStencil && weights_->inference.freeSpace == FreeSpace::Samples)
-      reached.include(addCells(*weights_->freeStencil, &BlockMasks::free, block, worker, worker.free));
+      reached.include(
+          addCells(*weights_->freeStencil, &BlockMasks::free, &BlockMasks::anyFree, worker, worker.free));
   }
   else
   {

@@ -398,6 +398,13 @@ const TrainingSet& BgkTrainer::train(SelectedRays& selected, const BgkInference&
         set.freeSegments.push_back({ray.origin, ray.origin + ray.freeLength * ray.direction});
     }
   }
+  for (BlockMasks& masks : set.masks)
+  {
+    const auto anyIn = [](const CellMask& mask)
+    { return std::any_of(mask.begin(), mask.end(), [](uint64_t word) { return word != 0; }); };
+    masks.anyHit = anyIn(masks.hit);
+    masks.anyFree = anyIn(masks.free);
+  }
   return set;
 }
 

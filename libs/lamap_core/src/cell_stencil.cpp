@@ -114,24 +114,25 @@ CellStencil::CellStencil(const Kernel& kernel, double factor, bool planar)
   countable_ = reach_ <= kEdge && *std::max_element(classSizes_.begin(), classSizes_.end()) <= 255;
 }
 
-Layers CellStencil::addUp(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const
+Layers CellStencil::addUp(MaskNeighbourhood& neighbourhood, BlockSums& sums) const
 {
   return countable_ ? addByCounting(neighbourhood, sums) : addByCell(neighbourhood, sums);
 }
 
 /** Counts, for every cell of the block, the marked cells at each squared distance, a row of 8 cells in the
  * bytes of a word; then weighs the counts. */
-Layers CellStencil::addByCounting(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const
+Layers CellStencil::addByCounting(MaskNeighbourhood& neighbourhood, BlockSums& sums) const
 {
   constexpr int kMaxEdge = 3 * kEdge;
   constexpr size_t kRows = kEdge * kEdge;
   const PaddedRows rows(neighbourhood, reach_);
   Layers reached;
-  std::vector<uint64_t> counts;
+  std::vector<uint64_t>& counts = neighbourhood.counts;
+  counts.clear();
   for (int fromZ = -reach_; fromZ < kEdge + reach_; ++fromZ)
   {
     if (!rows.anyInLayer(fromZ)) continue;
-    if (counts.empty()) counts.resize(weights_.size() * kRows, 0);
+    if (counts.empty()) counts.assign(weights_.size() * kRows, 0);
     reached.include({std::max(0, fromZ - reachZ_), std::min(kEdge, fromZ + reachZ_ + 1)});
     for (int j = 0; j <= reach_; ++j)
     {
@@ -187,7 +188,7 @@ void CellStencil::addWeighted(const uint64_t* counts, size_t stride, int64_t* su
 }
 
 /// Spreads every marked cell over the block.
-Layers CellStencil::addByCell(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const
+Layers CellStencil::addByCell(MaskNeighbourhood& neighbourhood, BlockSums& sums) const
 {
   Layers reached;
   const auto spread = [&](int x, int y, int z)  // relative to the block's first cell

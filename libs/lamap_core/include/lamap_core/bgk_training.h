@@ -22,6 +22,8 @@ struct BlockMasks
   CellMask hit{};           ///< holds a hit
   CellMask free{};          ///< holds a free sample
   CellMask protectedHit{};  ///< holds so many hits that it takes no free evidence from this scan
+  bool anyHit = false;
+  bool anyFree = false;
 };
 
 /// A ray's free part, in the scan's frame [cells].

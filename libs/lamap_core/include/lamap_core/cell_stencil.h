@@ -15,6 +15,7 @@ struct MaskNeighbourhood
 {
   int blocksEachWay = 1;
   std::vector<const CellMask*> masks;
+  std::vector<uint64_t> counts;  ///< working memory of the stencil
 
   [[nodiscard]] const CellMask* at(int dx, int dy, int dz) const
   {
@@ -41,7 +42,7 @@ class CellStencil
 
   /// Adds the sums for the block in the middle. @return the layers that marked cells reach; the others are
   /// untouched.
-  Layers addUp(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
+  Layers addUp(MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
 
  private:
   /// The row of cells with these offsets, as far as |dx| ≤ extent.
@@ -51,8 +52,8 @@ class CellStencil
     int dz;
     int extent;
   };
-  [[nodiscard]] Layers addByCounting(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
-  [[nodiscard]] Layers addByCell(const MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
+  [[nodiscard]] Layers addByCounting(MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
+  [[nodiscard]] Layers addByCell(MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
   void addWeighted(const uint64_t* counts, size_t stride, int64_t* sums) const;
   [[nodiscard]] int64_t weight(int dx, int dy, int dz) const
   {

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <mrpt/obs/CObservation.h>
+#include <mrpt/poses/CPose3D.h>
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace lamap::test
+{
+/// An observation and the robot's pose when it was taken.
+struct PosedObservation
+{
+  mrpt::obs::CObservation::Ptr observation;
+  mrpt::poses::CPose3D robotPose;
+};
+
+/// A cell of which the truth is known.
+struct TrueCell
+{
+  Eigen::Vector3d centre_map;
+  bool occupied = false;
+};
+
+/// Scans to be inserted into several maps.
+struct ScanSeries
+{
+  std::string name;
+  double rangeMax_m = 0;
+  std::vector<PosedObservation> scans;
+  /// Cells of 0.1 m of the world: free ones lie wholly in the open, occupied ones hold a surface. What lies
+  /// deeper in walls is not listed.
+  std::vector<TrueCell> truth;
+};
+
+/// 12 scans of 3,500 points in a 120° sector, 8 m: a small room with a wall and boxes.
+ScanSeries sectorLaserSeries();
+/// 10 scans of 89,000 points all around, 30 m: a corridor of 44 × 18 × 3.3 m with rooms.
+ScanSeries panTiltSeries();
+/// 60 planar scans of 361 beams, 30 m, in the same corridor.
+ScanSeries planarLaserSeries();
+
+}  // namespace lamap::test
