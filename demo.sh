@@ -13,24 +13,38 @@ datasets=$(dirname "$(dpkg -L mrpt-common | grep '/datasets/malaga-cs-fac-buildi
 mkdir -p "$out"
 cd "$out"
 
-# picture NAME: NAME.lamap.gz from above and in 3D.
-picture()
+# The map NAME.lamap.gz from above and in 3D.
+pictures_of()
 {
   "$lamap" render "$1.lamap.gz" -o "$1_above.png"
-  "$lamap" render "$1.lamap.gz" -o "$1_3d.png" --view 3d
+  "$lamap" render "$1.lamap.gz" --view 3d -o "$1_3d.png"
 }
 
-# A laser sees a plane: one layer of cells, at the height of the sensor.
-say "malaga-cs-fac-building: a simple map of a faculty building, by lamap build"
-"$lamap" build -i "$datasets/malaga-cs-fac-building.simplemap.gz" -m bgkMap -s creationOpts.planar=true \
-  -o malaga-cs-fac-building.lamap.gz
-picture malaga-cs-fac-building
+# build_from_simplemap NAME: from MRPT's observations with poses. A 2D laser sees a plane: one layer of cells.
+build_from_simplemap()
+{
+  "$lamap" build -i "$datasets/$1.simplemap.gz" -m bgkMap -s creationOpts.planar=true -o "$1.lamap.gz"
+  "$lamap" info "$1.lamap.gz"
+  pictures_of "$1"
+}
 
-say "localization_demo: a simple map of an office, by lamap build"
-"$lamap" build -i "$datasets/localization_demo.simplemap.gz" -m bgkMap -s creationOpts.planar=true \
-  -o localization_demo.lamap.gz
-picture localization_demo
+say "malaga-cs-fac-building: scans with poses of a university building, by lamap build"
+build_from_simplemap malaga-cs-fac-building
 
-say "SENA: a log of a laser and odometry, by MRPT's own icp-slam with the plug-in loaded"
+say "localization_demo: scans with poses of a corridor and its rooms, by lamap build"
+build_from_simplemap localization_demo
+
+say "SENA: a log of laser and odometry, by MRPT's own icp-slam with the plug-in loaded"
 "$lamap" run -- icp-slam "$root/share/icp-slam_bgk.ini" \
-  "$datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog"
+  "$datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog" > icp-slam.log 2>&1 ||
+  { tail -n 30 icp-slam.log >&2; fail "icp-slam failed; all that it printed is in $out/icp-slam.log"; }
+mv -f LOG_ICP-SLAM/_finalmaps_.txt_lamap__CBGKMap_00.lamap.gz SENA_icp-slam.lamap.gz
+"$lamap" info SENA_icp-slam.lamap.gz
+pictures_of SENA_icp-slam
+
+say "Done. In $out:"
+for map in malaga-cs-fac-building localization_demo SENA_icp-slam; do
+  printf '  %-36s the map\n' "$map.lamap.gz"
+  printf '  %-36s seen from above\n' "${map}_above.png"
+  printf '  %-36s in 3D\n' "${map}_3d.png"
+done
