@@ -4,6 +4,7 @@
 #include <lamap_mrpt/option_table.h>
 #include <mrpt/config/CConfigFile.h>
 #include <mrpt/config/CConfigFileMemory.h>
+#include <mrpt/config/CConfigFilePrefixer.h>
 #include <mrpt/maps/CMultiMetricMap.h>
 
 #include <fstream>
@@ -279,6 +280,23 @@ TEST(Definition, APresetComesFirstWhereverItStands)
     expected.kernelScale = 3;
     EXPECT_TRUE(static_cast<const lamap::BgkInference&>(map.insertionOptions) == expected);
   }
+}
+
+// As map-partition reads: MRPT's prefixer lists the keys of the section without the prefix.
+TEST(Definition, IsReadThroughAPrefixer)
+{
+  CConfigFileMemory ini(
+      std::string("[PARAMS.metricmap]\nbgkMap_count = 1\n"
+                  "[PARAMS.metricmap_bgkMap_00_creationOpts]\npreset = thesis\nresolution = 0.25\n"
+                  "[PARAMS.metricmap_bgkMap_00_insertOpts]\nkernelScale = 3\n"));
+  mrpt::maps::TSetOfMetricMapInitializers definitions;
+  definitions.loadFromConfigFile(mrpt::config::CConfigFilePrefixer(ini, "PARAMS.", ""), "metricmap");
+  mrpt::maps::CMultiMetricMap maps;
+  maps.setListOfMaps(definitions);
+  const auto& map = dynamic_cast<const CBGKMap&>(*maps.maps.at(0));
+  EXPECT_EQ(map.resolution(), 0.25);
+  EXPECT_EQ(map.insertionOptions.kernelScale, 3);
+  EXPECT_EQ(map.creationOptions().pruning, lamap::presetOptions(lamap::BgkPreset::Thesis).structure.pruning);
 }
 
 TEST(Definition, EveryPresetMakesAMap)

@@ -145,7 +145,7 @@ void CBGKMap::TMapDefinition::loadFromConfigFile_map_specific(const mrpt::config
   requireKnownSections(source, sectionNamePrefix);
   const std::string creationSection = sectionNamePrefix + kCreationSection;
   const std::string insertSection = sectionNamePrefix + kInsertSection;
-  if (source.keyExists(creationSection, "preset"))
+  if (hasKey(source, creationSection, "preset"))
   {
     TCreationOptions named;
     named.loadFromConfigFile(source, creationSection);

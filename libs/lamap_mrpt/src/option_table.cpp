@@ -89,6 +89,22 @@ std::string place(const std::string& table, const std::string& key, const std::s
   return table + "." + key + " = " + quoted(text) + " in section " + quoted(section) + " of " +
          nameOf(source);
 }
+
+/// What a section lists, and options of the table that it has without listing them: see hasKey().
+std::vector<std::string> keysOf(const mrpt::config::CConfigFileBase& source, const std::string& section,
+                                const OptionTable& table)
+{
+  std::vector<std::string> keys;
+  source.getAllKeys(section, keys);
+  const std::vector<std::string> listed = keys;
+  for (const Option& option : table.options())
+  {
+    const auto isIt = [&](const std::string& key) { return lower(key) == lower(option.key); };
+    if (std::none_of(listed.begin(), listed.end(), isIt) && hasKey(source, section, option.key))
+      keys.push_back(option.key);
+  }
+  return keys;
+}
 }  // namespace
 
 std::string LegalRange::asText(const std::string& noun) const
@@ -297,8 +313,7 @@ void TOptionGroup::loadFromConfigFile(const mrpt::config::CConfigFileBase& sourc
 {
   const OptionTable& table = optionTable();
   const std::vector<std::string> foreign = foreignFlags();
-  std::vector<std::string> keys;
-  source.getAllKeys(section, keys);
+  const std::vector<std::string> keys = keysOf(source, section, table);
 
   ByteWriter before;
   write(before);
@@ -502,6 +517,12 @@ std::string withoutBrackets(std::string message)
   std::replace(message.begin(), message.end(), '[', '(');
   std::replace(message.begin(), message.end(), ']', ')');
   return message;
+}
+
+bool hasKey(const mrpt::config::CConfigFileBase& source, const std::string& section, const std::string& key)
+{
+  const std::string absent = "\x01";  // no text of an .ini file
+  return source.read_string(section, key, absent) != absent;
 }
 
 std::string nameOf(const mrpt::config::CConfigFileBase& source)

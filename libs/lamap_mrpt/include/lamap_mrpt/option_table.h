@@ -177,6 +177,11 @@ struct OptionValue
  * for a place in the source. */
 [[nodiscard]] std::string withoutBrackets(std::string message);
 
+/** Whether a section has a key. Asks for it by name: MRPT's CConfigFilePrefixer (map-partition reads through
+ * one) lists the keys of another section, as keyExists() does then. */
+[[nodiscard]] bool hasKey(const mrpt::config::CConfigFileBase& source, const std::string& section,
+                          const std::string& key);
+
 /// The file that was loaded, or "the configuration".
 [[nodiscard]] std::string nameOf(const mrpt::config::CConfigFileBase& source);
 
