@@ -1,7 +1,7 @@
 #pragma once
 
-#include <lamap_core/bgk_training.h>
 #include <lamap_core/kernel.h>
+#include <lamap_core/training_set.h>
 #include <lamap_core/weight_scale.h>
 
 #include <array>
