@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "occupied_frame.h"
 #include "picture_frame.h"
 
 namespace lamap::tools
@@ -22,7 +23,7 @@ using mrpt::img::TColor;
 const TColor kUnobserved(222, 230, 240);
 const TColor kUnsure(176, 176, 176);
 const TColor kFree(255, 255, 255);
-constexpr double kHighest = 0.92;  // of the palette: its end would vanish on white
+constexpr double kHighest = 0.78;  // of the palette: its bright end would vanish on white
 
 /// What one square of the picture shows: a cell of its column.
 struct Square
@@ -31,6 +32,7 @@ struct Square
   float variance = 0;
   int32_t z = std::numeric_limits<int32_t>::min();
   CellState state = CellState::Unknown;
+  bool anyFree = false;  ///< a cell of the column is free
 
   [[nodiscard]] bool observed() const { return prob >= 0; }
 };
@@ -116,6 +118,18 @@ std::string heightsText(const CellMap& map, const RenderOptions& options, const 
          (options.zMax_m ? roundText(*options.zMax_m) : "highest") + " m";
 }
 
+/// From the whole to the frame and some room around it, divided by the zoom; never more than the whole.
+void crop(int32_t& first, int32_t& last, int32_t frameFirst, int32_t frameLast, double zoom)
+{
+  const double middle = (static_cast<double>(frameFirst) + frameLast) / 2;
+  const double cells = static_cast<double>(frameLast) - frameFirst + 1;
+  constexpr double kRoom = 1.06;
+  const double half = kRoom * cells / 2 / zoom;
+  first = static_cast<int32_t>(std::max<double>(first, std::floor(middle - half + 0.5)));
+  last =
+      static_cast<int32_t>(std::min<double>(last, std::max<double>(first, std::ceil(middle + half - 0.5))));
+}
+
 CellExtent shownExtent(const CellMap& map, const RenderOptions& options, const Layers& layers)
 {
   std::optional<CellExtent> extent;
@@ -129,16 +143,10 @@ CellExtent shownExtent(const CellMap& map, const RenderOptions& options, const L
   if (!extent)
     throw std::runtime_error("the map has no cell at the heights asked for (" +
                              heightsText(map, options, layers) + "), there is nothing to draw");
-  const auto crop = [&](int32_t& first, int32_t& last)
-  {
-    const double middle = (static_cast<double>(first) + last) / 2;
-    const double half = (static_cast<double>(last) - first + 1) / 2 / options.zoom;
-    first = static_cast<int32_t>(std::max<double>(first, std::round(middle - half + 0.5)));
-    last = static_cast<int32_t>(
-        std::min<double>(last, std::max<double>(first, std::round(middle + half - 0.5))));
-  };
-  crop(extent->first.x, extent->last.x);
-  crop(extent->first.y, extent->last.y);
+  const auto frame = occupiedFrame(map, [&](const CellIndex& cell) { return layers.has(cell); });
+  const CellExtent middle = frame.value_or(*extent);
+  crop(extent->first.x, extent->last.x, middle.first.x, middle.last.x, options.zoom);
+  crop(extent->first.y, extent->last.y, middle.first.y, middle.last.y, options.zoom);
   return *extent;
 }
 
@@ -165,11 +173,15 @@ Squares flatten(const CellMap& map, const Layers& layers, const CellExtent& exte
         }
         const float variance = static_cast<float>(estimate.variance.value_or(0));
         flat.greatestVariance = std::max(flat.greatestVariance, variance);
-        const Square candidate{static_cast<float>(estimate.prob), variance, cell.z, estimate.state};
+        Square candidate{static_cast<float>(estimate.prob), variance, cell.z, estimate.state};
         Square& square =
             flat.squares[static_cast<size_t>(y / flat.cellsPerSquare) * static_cast<size_t>(flat.width) +
                          static_cast<size_t>(x / flat.cellsPerSquare)];
-        if (showsBetter(candidate, square)) square = candidate;
+        candidate.anyFree = square.anyFree || estimate.state == CellState::Free;
+        if (showsBetter(candidate, square))
+          square = candidate;
+        else
+          square.anyFree = candidate.anyFree;
       });
   return flat;
 }
@@ -194,8 +206,7 @@ double light(const Squares& flat, int x, int y)
 TColor heightColor(const Squares& flat, int x, int y)
 {
   const Square& square = *flat.at(x, y);
-  if (square.state == CellState::Free) return kFree;
-  if (square.state == CellState::Unknown) return kUnsure;
+  if (square.state != CellState::Occupied) return square.anyFree ? kFree : kUnsure;
   const double span = static_cast<double>(flat.highestOccupied) - flat.lowestOccupied;
   const double fraction = span > 0 ? (static_cast<double>(square.z) - flat.lowestOccupied) / span : 0.5;
   return darkened(paletteColor(Palette::Height, kHighest * fraction), light(flat, x, y));
@@ -263,8 +274,10 @@ Legend legendFor(const CellMap& map, const Squares& flat, ColorBy colorBy)
 ColorBy automaticColor(const RenderOptions& options, const Squares& flat)
 {
   if (options.colorBy != ColorBy::Automatic) return options.colorBy;
-  const bool oneLayer = flat.highestOccupied <= flat.lowestOccupied;
-  return options.view == View::Slice || oneLayer ? ColorBy::Prob : ColorBy::Height;
+  // A sensor that scans one plane fills few layers; their heights tell nothing.
+  constexpr int64_t kFewLayers = 5;
+  const bool flatMap = int64_t{flat.highestOccupied} - flat.lowestOccupied < kFewLayers;
+  return options.view == View::Slice || flatMap ? ColorBy::Prob : ColorBy::Height;
 }
 
 constexpr int kMarginLeft = 90;

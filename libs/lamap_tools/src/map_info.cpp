@@ -1,6 +1,7 @@
 #include <lamap_tools/file_output.h>
 #include <lamap_tools/map_info.h>
 #include <lamap_tools/octomap_file.h>
+#include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/maps/CPointsMap.h>
 
 #include <algorithm>
@@ -31,6 +32,22 @@ CellSummary summarizeCells(const CellMap& map)
   return summary;
 }
 
+namespace
+{
+/** The version that a class gave its object in a file: MRPT's archives begin with the length of the class's
+ * name (with the highest bit set), the name, and this number. */
+std::optional<int> formatVersion(const std::string& path)
+{
+  mrpt::io::CFileGZInputStream file;
+  if (!file.open(path)) return std::nullopt;
+  std::array<uint8_t, 129> start{};  // a length has seven bits
+  const size_t count = file.Read(start.data(), start.size());
+  const size_t at = 1 + (start[0] & 0x7FU);
+  if (at >= count) return std::nullopt;
+  return static_cast<int>(static_cast<int8_t>(start[at]));
+}
+}  // namespace
+
 MapInfo readMapInfo(const std::string& path)
 {
   const OpenedMap opened = openMap(path);
@@ -41,13 +58,15 @@ MapInfo readMapInfo(const std::string& path)
   if (opened.cells) info.cells = summarizeCells(*opened.cells);
   if (!opened.map) return info;
 
-  info.description = opened.map->asString();
+  info.formatVersion = formatVersion(path);
   if (const auto* learned = dynamic_cast<const CLearnedMap*>(opened.map.get()))
   {
     info.alias = learned->alias();
     info.facts = learned->facts();
     info.options = learned->optionValues();
   }
+  else
+    info.description = opened.map->asString();
   if (const auto* points = dynamic_cast<const mrpt::maps::CPointsMap*>(opened.map.get()))
     info.facts.push_back({"points", std::to_string(points->size()), ""});
   return info;
@@ -153,6 +172,7 @@ void printMapInfo(const MapInfo& info, std::ostream& out)
   printLine(out, "file size", std::to_string(info.fileBytes), "bytes");
   printLine(out, "class", info.className);
   if (!info.alias.empty()) printLine(out, "alias", info.alias);
+  if (info.formatVersion) printLine(out, "format version", std::to_string(*info.formatVersion));
   if (!info.description.empty()) printLine(out, "description", info.description);
   if (info.cells) printCells(*info.cells, out);
   for (const auto& fact : info.facts)
@@ -166,6 +186,7 @@ nlohmann::ordered_json mapInfoJson(const MapInfo& info)
 {
   nlohmann::ordered_json json{{"file", info.path}, {"fileBytes", info.fileBytes}, {"class", info.className}};
   if (!info.alias.empty()) json["alias"] = info.alias;
+  if (info.formatVersion) json["formatVersion"] = *info.formatVersion;
   if (!info.description.empty()) json["description"] = info.description;
   if (info.cells)
   {

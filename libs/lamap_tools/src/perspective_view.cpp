@@ -12,6 +12,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "occupied_frame.h"
 #include "picture_frame.h"
 #include "pinhole_view.h"
 #include "voxel_mesh.h"
@@ -45,6 +46,7 @@ bool withinHeights(const CellIndex& cell, double resolution_m, const RenderOptio
 struct Cells
 {
   CellExtent extent;  ///< of the occupied ones
+  CellExtent frame;   ///< what the picture is about
   int coarseness = 0;
   std::vector<CellIndex> occupied;
   std::vector<CellIndex> free;
@@ -112,9 +114,13 @@ Cells gather(const CellMap& map, const RenderOptions& options, const CellExtent&
 Cells gatherWithinLimits(const CellMap& map, const RenderOptions& options)
 {
   const CellExtent extent = occupiedExtent(map, options);
+  const CellExtent frame = occupiedFrame(map, [&](const CellIndex& cell)
+                                         { return withinHeights(cell, map.resolution(), options); })
+                               .value();
   for (int coarseness = 0;; ++coarseness)
   {
     Cells cells = gather(map, options, extent, coarseness);
+    cells.frame = frame;
     if (VoxelMesh(cells.occupied, 1).faceCount() + VoxelMesh(cells.free, 1).faceCount() <= kMaxFaces)
       return cells;
   }
@@ -149,8 +155,8 @@ Legend legendFor(const CellMap& map, const Cells& cells, const RenderOptions& op
   {
     legend.title = "z [m]";
     legend.fractionAtTo = kHighest;
-    legend.from = cells.extent.first.z * r;
-    legend.to = (cells.extent.last.z + 1.0) * r;
+    legend.from = cells.frame.first.z * r;
+    legend.to = (cells.frame.last.z + 1.0) * r;
   }
   if (options.showFree) legend.swatches.push_back({kFreeSurface, "free space"});
   return legend;
@@ -170,25 +176,34 @@ VoxelMesh::ColorOf colorsFor(const Cells& cells, const Legend& legend, const Ren
   };
 }
 
+/// Of the numbers along the grid [of its step].
+constexpr double kNumbersAway = 0.35;
+
 /// The ground under the map, and its lines in metres of the map frame.
 struct Ground
 {
   Vector3d origin_map;  ///< of the scene's frame
+  double z_m = 0;
   double step_m = 1;
   double xMin_m = 0, xMax_m = 0, yMin_m = 0, yMax_m = 0;  ///< in the map frame, multiples of the step
 };
 
-Ground groundUnder(const CellExtent& extent, double r)
+Ground groundUnder(const Cells& cells, double r)
 {
   Ground ground;
-  ground.origin_map = {extent.first.x * r, extent.first.y * r, extent.first.z * r};
-  const double xTo = (extent.last.x + 1.0) * r;
-  const double yTo = (extent.last.y + 1.0) * r;
-  ground.step_m = roundStep(std::max(xTo - ground.origin_map.x(), yTo - ground.origin_map.y()) / 12);
+  const CellIndex& origin = cells.extent.first;
+  ground.origin_map = {origin.x * r, origin.y * r, origin.z * r};
+  const auto& [first, last] = cells.frame;
+  ground.z_m = first.z * r;
+  const double xFrom = first.x * r;
+  const double yFrom = first.y * r;
+  const double xTo = (last.x + 1.0) * r;
+  const double yTo = (last.y + 1.0) * r;
+  ground.step_m = roundStep(std::max(xTo - xFrom, yTo - yFrom) / 12);
   const auto down = [&](double x) { return std::floor(x / ground.step_m) * ground.step_m; };
   const auto up = [&](double x) { return std::ceil(x / ground.step_m) * ground.step_m; };
-  ground.xMin_m = down(ground.origin_map.x());
-  ground.yMin_m = down(ground.origin_map.y());
+  ground.xMin_m = down(xFrom);
+  ground.yMin_m = down(yFrom);
   ground.xMax_m = up(xTo);
   ground.yMax_m = up(yTo);
   return ground;
@@ -200,10 +215,11 @@ mrpt::opengl::CSetOfLines::Ptr gridLines(const Ground& ground)
   lines->setColor_u8(kGrid);
   lines->setLineWidth(kOversampling);
   const Vector3d& o = ground.origin_map;
+  const double z = ground.z_m - o.z();
   for (const double x : multiplesWithin(ground.xMin_m, ground.xMax_m, ground.step_m))
-    lines->appendLine(x - o.x(), ground.yMin_m - o.y(), 0.0, x - o.x(), ground.yMax_m - o.y(), 0.0);
+    lines->appendLine(x - o.x(), ground.yMin_m - o.y(), z, x - o.x(), ground.yMax_m - o.y(), z);
   for (const double y : multiplesWithin(ground.yMin_m, ground.yMax_m, ground.step_m))
-    lines->appendLine(ground.xMin_m - o.x(), y - o.y(), 0.0, ground.xMax_m - o.x(), y - o.y(), 0.0);
+    lines->appendLine(ground.xMin_m - o.x(), y - o.y(), z, ground.xMax_m - o.x(), y - o.y(), z);
   return lines;
 }
 
@@ -234,18 +250,21 @@ PinholeView viewOf(const Cells& cells, const Ground& ground, const RenderOptions
   std::vector<Vector3d> points;
   constexpr size_t kEnough = 200'000;
   const size_t stride = cells.occupied.size() / kEnough + 1;
+  const CellIndex first = coarse(cells.frame.first, cells.extent, cells.coarseness);
+  const CellIndex last = coarse(cells.frame.last, cells.extent, cells.coarseness);
   for (size_t i = 0; i < cells.occupied.size(); i += stride)
-    points.push_back(cellCentre(cells.occupied[i], edge_m));
-  for (const double x : {ground.xMin_m, ground.xMax_m})
-    for (const double y : {ground.yMin_m, ground.yMax_m})
-      points.push_back(Vector3d(x, y, ground.origin_map.z()) - ground.origin_map);
+    if (inside(cells.occupied[i], {first, last})) points.push_back(cellCentre(cells.occupied[i], edge_m));
+  const double numbers_m = kNumbersAway * ground.step_m;
+  for (const double x : {ground.xMin_m - numbers_m, ground.xMax_m + numbers_m})
+    for (const double y : {ground.yMin_m - numbers_m, ground.yMax_m + numbers_m})
+      points.push_back(Vector3d(x, y, ground.z_m) - ground.origin_map);
 
   PinholeView view;
   view.azimuth_rad = options.azimuth_deg * kDegree;
   view.elevation_rad = options.elevation_deg * kDegree;
   view.verticalFov_rad = 30 * kDegree;
   view.width = width;
-  constexpr double kMargin = 45;  // for the numbers along the grid
+  constexpr double kMargin = 20;
   if (height > 0)
   {
     view.height = height;
@@ -273,8 +292,9 @@ struct Clip
 Clip clipAround(const Ground& ground, const Cells& cells, double r, const PinholeView& view)
 {
   Clip clip{view.distance, view.distance};
-  for (const double x : {ground.xMin_m, ground.xMax_m})
-    for (const double y : {ground.yMin_m, ground.yMax_m})
+  const auto& [first, last] = cells.extent;
+  for (const double x : {ground.xMin_m, ground.xMax_m, first.x * r, (last.x + 1.0) * r})
+    for (const double y : {ground.yMin_m, ground.yMax_m, first.y * r, (last.y + 1.0) * r})
       for (const double z : {cells.extent.first.z * r, (cells.extent.last.z + 1.0) * r})
       {
         const double depth =
@@ -367,17 +387,18 @@ void blendInFront(Shot& shot, const Shot& front, double opacity)
 }
 
 /// Metres along the two edges of the ground that are nearest to the camera.
-void drawGridNumbers(CImage& picture, const PinholeView& view, const Ground& ground)
+/// @param top of the scene in the picture
+void drawGridNumbers(CImage& picture, int top, const PinholeView& view, const Ground& ground)
 {
   const Vector3d& o = ground.origin_map;
   const double nearX = std::cos(view.azimuth_rad) >= 0 ? ground.xMax_m : ground.xMin_m;
   const double nearY = std::sin(view.azimuth_rad) >= 0 ? ground.yMax_m : ground.yMin_m;
-  const double away = 0.35 * ground.step_m;
+  const double away = kNumbersAway * ground.step_m;
   const auto write = [&](double x, double y, const std::string& text)
   {
-    const auto pixel = view.project(Vector3d(x, y, o.z()) - o);
-    if (pixel)
-      drawText(picture, static_cast<int>(pixel->x), static_cast<int>(pixel->y) - kTextHeight / 2, text,
+    const auto pixel = view.project(Vector3d(x, y, ground.z_m) - o);
+    if (pixel && pixel->x > 0 && pixel->x < view.width && pixel->y > 0 && pixel->y < view.height)
+      drawText(picture, static_cast<int>(pixel->x), top + static_cast<int>(pixel->y) - kTextHeight / 2, text,
                Anchor::Middle);
   };
   const double outX = nearX + (nearX == ground.xMax_m ? away : -away);
@@ -397,7 +418,7 @@ CImage drawPerspective(const CellMap& map, const RenderOptions& options)
     throw std::runtime_error("the map has no variance to be coloured by; colour it by height or prob");
   const double edge_m = std::ldexp(r, cells.coarseness);
   const Legend legend = legendFor(map, cells, options);
-  const Ground ground = groundUnder(cells.extent, r);
+  const Ground ground = groundUnder(cells, r);
   constexpr int kTop = 50;
   const int sceneWidth = options.width - kLegendWidth;
   const PinholeView view =
@@ -418,10 +439,10 @@ CImage drawPerspective(const CellMap& map, const RenderOptions& options)
   CImage scene;
   shot.color.scaleImage(scene, static_cast<unsigned>(sceneWidth), static_cast<unsigned>(height - kTop),
                         mrpt::img::IMG_INTERP_AREA);
-  drawGridNumbers(scene, view, ground);
   CImage picture(static_cast<unsigned>(options.width), static_cast<unsigned>(height), mrpt::img::CH_RGB);
   picture.filledRectangle(0, 0, options.width, height, kBackground);
   picture.drawImage(0, kTop, scene);
+  drawGridNumbers(picture, kTop, view, ground);
   drawLegend(picture, sceneWidth + 10, kTop, height - 2 * kTop, legend);
   drawTitle(picture, 20, 16,
             map.className() + ", cells of " + roundText(r) + " m, grid of " + roundText(ground.step_m) +

@@ -37,8 +37,9 @@ struct MapInfo
   std::string path;
   uint64_t fileBytes = 0;
   std::string className;
-  std::string alias;        ///< of our own maps, else empty
-  std::string description;  ///< the map's own words, may be empty
+  std::string alias;                 ///< of our own maps, else empty
+  std::optional<int> formatVersion;  ///< of the class in MRPT's archive; nothing for OctoMap's files
+  std::string description;           ///< of MRPT's own maps: their own words, may be empty
   std::optional<CellSummary> cells;
   /// What the map says of itself: blocks, memory, ...
   std::vector<CLearnedMap::Fact> facts;

@@ -17,7 +17,7 @@ enum class View
 
 enum class ColorBy
 {
-  Automatic,  ///< Slice and maps of one layer: Prob, else Height
+  Automatic,  ///< Slice and maps of few layers: Prob, else Height
   Height,
   Prob,
   Variance
@@ -39,7 +39,7 @@ struct RenderOptions
   /// ground [deg].
   double azimuth_deg = -60;
   double elevation_deg = 40;
-  /// 1 shows the whole map, 2 its middle half, and so on.
+  /// 1 shows where cells are occupied (few far ones left out), 2 the middle half of that, 0.5 twice as much.
   double zoom = 1;
   /// Perspective: free space as a faint surface.
   bool showFree = false;

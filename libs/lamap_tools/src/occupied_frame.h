@@ -1,0 +1,20 @@
+#pragma once
+
+#include <lamap_tools/cell_table.h>
+
+#include <functional>
+#include <optional>
+
+namespace lamap::tools
+{
+/** The box of cells that a picture is about: around the occupied cells, few far ones left out.
+ *
+ * A sensor's stray returns and its rays into the open reach far beyond what was mapped; shown whole, the map
+ * would be a dot. The box spans the middle 98 % of the occupied cells along each axis and an eighth more;
+ * where that saves less than a quarter, all of them.
+ * @param shown  which cells count
+ * @return nothing if none of them is occupied */
+[[nodiscard]] std::optional<CellExtent> occupiedFrame(const CellMap& map,
+                                                      const std::function<bool(const CellIndex&)>& shown);
+
+}  // namespace lamap::tools
