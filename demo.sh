@@ -13,34 +13,38 @@ datasets=$(dirname "$(dpkg -L mrpt-common | grep '/datasets/malaga-cs-fac-buildi
 mkdir -p "$out"
 cd "$out"
 
-# The map NAME.lamap.gz from above and in 3D.
+# pictures_of NAME [OPTION...]: what the map holds, and the map from above and in 3D.
 pictures_of()
 {
-  "$lamap" render "$1.lamap.gz" -o "$1_above.png"
-  "$lamap" render "$1.lamap.gz" --view 3d -o "$1_3d.png"
+  local name=$1
+  shift
+  "$lamap" info "$name.lamap.gz" | sed -n '/^observed cells/,/^extent z/p'
+  "$lamap" render "$name.lamap.gz" -o "${name}_above.png" "$@"
+  "$lamap" render "$name.lamap.gz" --view 3d --show-free -o "${name}_3d.png" "$@"
 }
 
-# build_from_simplemap NAME: from MRPT's observations with poses. A 2D laser sees a plane: one layer of cells.
+# build_from_simplemap NAME [OPTION...]: from MRPT's observations with poses. A 2D laser sees a plane: one layer of
+# cells. Rays are cut off: this laser looks 80 m far, out of the place through doors and windows.
 build_from_simplemap()
 {
-  "$lamap" build -i "$datasets/$1.simplemap.gz" -m bgkMap -s creationOpts.planar=true -o "$1.lamap.gz"
-  "$lamap" info "$1.lamap.gz"
-  pictures_of "$1"
+  local name=$1
+  shift
+  "$lamap" build -i "$datasets/$name.simplemap.gz" -m bgkMap -s creationOpts.planar=true "$@" -o "$name.lamap.gz"
+  pictures_of "$name"
 }
 
 say "malaga-cs-fac-building: scans with poses of a university building, by lamap build"
-build_from_simplemap malaga-cs-fac-building
+build_from_simplemap malaga-cs-fac-building -s insertOpts.maxRange=30
 
 say "localization_demo: scans with poses of a corridor and its rooms, by lamap build"
-build_from_simplemap localization_demo
+build_from_simplemap localization_demo -s insertOpts.maxRange=10 -s creationOpts.resolution=0.05
 
 say "SENA: a log of laser and odometry, by MRPT's own icp-slam with the plug-in loaded"
 "$lamap" run -- icp-slam "$root/share/icp-slam_bgk.ini" \
   "$datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog" > icp-slam.log 2>&1 ||
   { tail -n 30 icp-slam.log >&2; fail "icp-slam failed; all that it printed is in $out/icp-slam.log"; }
 mv -f LOG_ICP-SLAM/_finalmaps_.txt_lamap__CBGKMap_00.lamap.gz SENA_icp-slam.lamap.gz
-"$lamap" info SENA_icp-slam.lamap.gz
-pictures_of SENA_icp-slam
+pictures_of SENA_icp-slam --zoom 2
 
 say "Done. In $out:"
 for map in malaga-cs-fac-building localization_demo SENA_icp-slam; do
