@@ -33,7 +33,7 @@ inline Scan smallScan()
   return {{fan}};
 }
 
-/// A laser scan of a room of 6 m × 4 m from its middle, one ray in twelve without return.
+/// A laser scan of a room from x = −2.95 to 3.15 and y = −2.05 to 2.05 [m], one ray in twelve without return.
 inline mrpt::obs::CObservation2DRangeScan roomScan(size_t rays = 181)
 {
   mrpt::obs::CObservation2DRangeScan scan;
@@ -45,9 +45,9 @@ inline mrpt::obs::CObservation2DRangeScan roomScan(size_t rays = 181)
   for (size_t i = 0; i < rays; ++i)
   {
     const double angle = scan.aperture * (static_cast<double>(i) / static_cast<double>(rays - 1) - 0.5);
-    const double toSide = 3.0 / std::max(1e-9, std::abs(std::cos(angle)));
-    const double toEnd = 2.0 / std::max(1e-9, std::abs(std::sin(angle)));
-    const bool returned = i % 12 != 5;
+    const double toSide = 3.05 / std::max(1e-9, std::abs(std::cos(angle)));
+    const double toEnd = 2.05 / std::max(1e-9, std::abs(std::sin(angle)));
+    const bool returned = i % 12 != 0;
     scan.setScanRange(i, static_cast<float>(returned ? std::min(toSide, toEnd) : 20.0));
     scan.setScanRangeValidity(i, returned);
   }

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <tuple>
 
 namespace lamap
 {
@@ -60,11 +61,20 @@ const OptionTable& CLearnedMap::TLikelihoodOptions::optionTable() const
                      "only every so many-th ray is looked at")
           .add<Self>("outlierProb", &Self::outlierProb, {"", {1e-6, 1}},
                      "share of returns that tell nothing; half of it is the least a return counts")
+          .add<Self>("endPointStd", &Self::endPointStd, {"m", {0, 1e3}},
+                     "uncertainty of where a return ends; 0: only the cell it ends in counts")
           .add<Self>("unobservedProb", &Self::unobservedProb, {"", {0, 1}},
                      "P(occupied) that counts where the map has no evidence")
           .add<Self>("independence", &Self::independence, {"", {0, 1, false}},
                      "factor of the log-likelihood, below 1 because neighbouring rays err together");
   return table;
+}
+
+bool operator==(const CLearnedMap::TLikelihoodOptions& a, const CLearnedMap::TLikelihoodOptions& b)
+{
+  const auto fieldsOf = [](const CLearnedMap::TLikelihoodOptions& o)
+  { return std::tie(o.decimation, o.outlierProb, o.endPointStd, o.unobservedProb, o.independence); };
+  return fieldsOf(a) == fieldsOf(b);
 }
 
 const OptionTable& CLearnedMap::TRenderingOptions::optionTable() const
@@ -288,12 +298,14 @@ mrpt::math::TBoundingBoxf CLearnedMap::boundingBox() const
 void CLearnedMap::auxParticleFilterCleanUp()
 {
   endPoints_.reset();
+  likelihood_.reset();
   occupied_.reset();
   box_.reset();
 }
 
 void CLearnedMap::contentChanged()
 {
+  likelihood_.reset();
   occupied_.reset();
   box_.reset();
 }
@@ -384,7 +396,10 @@ double CLearnedMap::internal_computeObservationLikelihood(const mrpt::obs::CObse
         made->observation = fingerprint;
         return made;
       });
-  return endPointLogLikelihood(*this, *endPoints, takenFrom, likelihoodOptions);
+  const auto likelihood =
+      likelihood_.get([&](const EndPointLikelihood& made) { return made.options() == likelihoodOptions; },
+                      [&] { return std::make_shared<const EndPointLikelihood>(*this, likelihoodOptions); });
+  return likelihood->logOf(*endPoints, takenFrom);
 }
 
 std::shared_ptr<const OccupiedCells> CLearnedMap::occupiedCells() const

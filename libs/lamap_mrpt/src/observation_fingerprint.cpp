@@ -59,6 +59,7 @@ class Hasher
   void matrix(const mrpt::math::CMatrixDynamic<T>& image)
   {
     number(image.rows());
+    if (image.size() == 0) return;  // MRPT refuses to point to nothing
     bytes(image.data(), static_cast<size_t>(image.rows()) * static_cast<size_t>(image.cols()) * sizeof(T));
   }
   void pose(const mrpt::poses::CPose3D& pose)

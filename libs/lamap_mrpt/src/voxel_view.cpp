@@ -1,5 +1,6 @@
 // Learned maps as COctoMapVoxels, which every MRPT viewer can draw without this library.
 #include <lamap_mrpt/CLearnedMap.h>
+#include <lamap_mrpt/cell_hash.h>
 #include <lamap_mrpt/occupied_cells.h>
 #include <mrpt/img/color_maps.h>
 #include <mrpt/opengl/CSetOfObjects.h>
@@ -14,10 +15,6 @@ namespace
 {
 using mrpt::opengl::COctoMapVoxels;
 
-struct CellIndexHash
-{
-  size_t operator()(const CellIndex& cell) const { return BlockIndexHash()({cell.x, cell.y, cell.z}); }
-};
 using CellEstimates = tsl::robin_map<CellIndex, CellEstimate, CellIndexHash>;
 
 /// A cell that no side can be seen of: its neighbours along the axes are all there.

@@ -20,6 +20,7 @@
 
 namespace lamap
 {
+class EndPointLikelihood;
 struct EndPoints;
 class OccupiedCells;
 struct ObservedBox;
@@ -109,13 +110,15 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public mrpt::system::COutputL
   /** How well an observation fits the map at a pose, for particle filters: see end_point_likelihood.h. */
   struct TLikelihoodOptions : public TOptionGroup
   {
-    uint32_t decimation = 1;  ///< every so many-th ray is looked at
-    double outlierProb =
-        0.1;  ///< share of returns that tell nothing: no return costs more than its logarithm allows
+    uint32_t decimation = 5;   ///< only every so many-th ray is looked at
+    double outlierProb = 0.3;  ///< share of returns that tell nothing: half of it is the least one counts
+    double endPointStd = 0.2;  ///< [m] uncertainty of where a return ends; 0: only the cell it ends in counts
     double unobservedProb = 0.25;  ///< P(occupied) that counts for a return where the map has no evidence
-    double independence = 1.0;     ///< how much of a return counts as independent of the others
+    double independence = 0.25;    ///< how much of a return counts as independent of the others
 
     [[nodiscard]] const OptionTable& optionTable() const override;
+    /// As sameOptions(), for every single likelihood.
+    friend bool operator==(const TLikelihoodOptions& a, const TLikelihoodOptions& b);
   };
   TLikelihoodOptions likelihoodOptions;
 
@@ -181,7 +184,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public mrpt::system::COutputL
    * thresholds change. */
   const mrpt::maps::CSimplePointsMap* getAsSimplePointsMap() const override;
 
-  /** Pairs of occupied cells and points of the other map, as CPointsMap makes them. The other map may be a
+  /** Pairs of occupied cells and points of the other map, by CPointsMap's rules. The other map may be a
    * points map, a learned map (its occupied cells), or a CMultiMetricMap that has either.
    * @throws std::invalid_argument if the other map has no points. */
   void determineMatching2D(const mrpt::maps::CMetricMap* otherMap, const mrpt::poses::CPose2D& otherMapPose,
@@ -238,6 +241,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public mrpt::system::COutputL
   size_t scansUsed_ = 0;
   size_t scansUnreadable_ = 0;
   Lazy<EndPoints> endPoints_;
+  Lazy<EndPointLikelihood> likelihood_;
   Lazy<OccupiedCells> occupied_;
   Lazy<ObservedBox> box_;
 };

@@ -2,10 +2,14 @@
 
 #include <lamap_core/ray_selection.h>
 #include <lamap_mrpt/CLearnedMap.h>
+#include <lamap_mrpt/cell_hash.h>
 #include <lamap_mrpt/observation_fingerprint.h>
 #include <mrpt/poses/CPose3D.h>
 
+#include <tsl/robin_map.h>
+
 #include <Eigen/Core>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -26,14 +30,46 @@ struct EndPoints
 
 /** Logarithm of how well returns fit a map from a pose of the robot:
  *
- *   independence · Σ log((1 − ε)·P(occupied at the end point) + ε/2),   ε = outlierProb
+ *   independence · Σ log((1 − ε)·P + ε/2),   ε = outlierProb
  *
- * Where the map has no evidence, P is unobservedProb. ε/2 is the floor: one return that hits free space (a
- * person, a moved chair) costs at most log(ε/2). independence < 1 flattens the result, because neighbouring
- * rays err together: without it a few hundred rays single out one particle. Unnormalized: to compare poses
- * only. */
-[[nodiscard]] double endPointLogLikelihood(const CLearnedMap& map, const EndPoints& endPoints,
-                                           const mrpt::poses::CPose3D& robotPose,
-                                           const CLearnedMap::TLikelihoodOptions& options);
+ * P is P(occupied) as an end point sees it whose place is uncertain by σ = endPointStd: the largest
+ * P(cell) · exp(−d²/2σ²) over the cells around, d from centre to centre (without σ: of the end point's cell
+ * alone). Where the map has no evidence, unobservedProb counts for the end point's own cell.
+ *
+ * ε/2 is the floor: one return that hits free space (a person, a moved chair) costs at most log(ε/2).
+ * independence < 1 flattens the result, because neighbouring rays err together: without it a few hundred rays
+ * single out one particle. Unnormalized: to compare poses only.
+ *
+ * Each cell is looked at when the first end point falls into it, and kept: a particle filter comes back to it
+ * many times. May be used from several threads. */
+class EndPointLikelihood
+{
+ public:
+  /// @param map is to live, unchanged, as long as this.
+  EndPointLikelihood(const CLearnedMap& map, const CLearnedMap::TLikelihoodOptions& options);
+
+  [[nodiscard]] const CLearnedMap::TLikelihoodOptions& options() const { return options_; }
+
+  [[nodiscard]] double logOf(const EndPoints& endPoints, const mrpt::poses::CPose3D& robotPose) const;
+
+ private:
+  struct Neighbour
+  {
+    CellIndex offset;
+    double weight;
+  };
+  /// log((1 − ε)·P + ε/2); whoever asks holds the lock.
+  [[nodiscard]] double termAt(const Eigen::Vector3d& point_map) const;
+  [[nodiscard]] double probAround(const CellIndex& cell) const;
+  [[nodiscard]] double termOf(double prob) const;
+
+  const CLearnedMap& map_;
+  CLearnedMap::TLikelihoodOptions options_;
+  double resolution_;
+  std::optional<int32_t> layer_;
+  std::vector<Neighbour> neighbours_;  ///< the cell itself, then the others, heaviest first
+  mutable std::mutex mutex_;
+  mutable tsl::robin_map<CellIndex, float, CellIndexHash> terms_;
+};
 
 }  // namespace lamap

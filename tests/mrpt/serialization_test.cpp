@@ -1,0 +1,266 @@
+#include <gtest/gtest.h>
+#include <lamap_mrpt/CBGKMap.h>
+#include <lamap_mrpt/map_file.h>
+#include <lamap_mrpt/mrpt_compat.h>
+#include <mrpt/maps/COctoMap.h>
+#include <mrpt/maps/CSimplePointsMap.h>
+#include <mrpt/maps/TMetricMapInitializer.h>
+#include <mrpt/opengl/COpenGLScene.h>
+
+#include <fstream>
+#include <map>
+#include <random>
+
+#include "small_maps.h"
+
+namespace
+{
+using lamap::CBGKMap;
+using lamap::CellEstimate;
+using lamap::CellIndex;
+using namespace lamap::test;
+
+std::vector<uint8_t> contentOf(const std::string& path)
+{
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::map<std::array<int32_t, 3>, CellEstimate> cellsOf(const CBGKMap& map)
+{
+  std::map<std::array<int32_t, 3>, CellEstimate> cells;
+  map.visitCells(
+      [&](const CellIndex& cell, const CellEstimate& estimate) {
+        cells[{cell.z, cell.y, cell.x}] = estimate;
+      });
+  return cells;
+}
+
+void expectSameCells(const CBGKMap& map, const CBGKMap& expected)
+{
+  const auto cells = cellsOf(map);
+  const auto due = cellsOf(expected);
+  ASSERT_EQ(cells.size(), due.size());
+  ASSERT_FALSE(due.empty());
+  for (const auto& [cell, estimate] : due)
+  {
+    const auto found = cells.find(cell);
+    ASSERT_NE(found, cells.end());
+    EXPECT_EQ(found->second.evidence, estimate.evidence);
+    EXPECT_EQ(found->second.prob, estimate.prob);
+    EXPECT_EQ(found->second.variance, estimate.variance);
+    EXPECT_EQ(found->second.state, estimate.state);
+  }
+}
+
+/// Maps of every kind that files hold differently.
+std::vector<CBGKMap> maps()
+{
+  std::vector<CBGKMap> all;
+  for (const auto pruning : {lamap::Pruning::None, lamap::Pruning::Lossless, lamap::Pruning::State})
+    for (const bool planar : {false, true})
+      for (const int depth : {2, 4, 6})
+      {
+        CBGKMap::TCreationOptions options;
+        options.pruning = pruning;
+        options.planar = planar;
+        options.planarHeight = 0.5;
+        options.blockDepth = depth;
+        CBGKMap map(options);
+        map.insertScan(smallScan());
+        map.insertObservation(roomScan(), mrpt::poses::CPose3D(-20, -30, -0.2, 1, 0.1, 0));
+        // Counts beyond 32 bits, and octants that are held once.
+        for (int i = 0; i < 13; ++i)
+        {
+          map.insertionOptions.kernelScale = 1000;
+          map.updateVoxel(0.05, 0.05, 0.55, true);
+        }
+        for (int i = 0; i < 8; ++i)
+          map.updateVoxel(4.05 + 0.1 * (i & 1), 4.05 + 0.1 * (i >> 1 & 1), 0.85 + 0.1 * (i >> 2), false);
+        map.insertionOptions.kernelScale = 1;
+        all.push_back(map);
+      }
+  all.emplace_back();
+  return all;
+}
+
+TEST(Serialization, LosesNothingAndRepeatsItself)
+{
+  int number = 0;
+  for (const CBGKMap& map : maps())
+  {
+    SCOPED_TRACE(number++);
+    const auto bytes = bytesOf(map);
+    const auto object = objectFrom(bytes);
+    const auto loaded = std::dynamic_pointer_cast<CBGKMap>(object);
+    ASSERT_TRUE(loaded);
+    EXPECT_EQ(bytesOf(*loaded), bytes);
+    if (!map.isEmpty()) expectSameCells(*loaded, map);
+    EXPECT_EQ(loaded->isEmpty(), map.isEmpty());
+  }
+}
+
+TEST(Serialization, GoesOnAsIfThereHadBeenNoPause)
+{
+  CBGKMap whole;
+  whole.insertScan(smallScan());
+  const auto paused = std::dynamic_pointer_cast<CBGKMap>(objectFrom(bytesOf(whole)));
+  const mrpt::poses::CPose3D pose(0.3, 0.2, 0.1, 0.5, 0, 0);
+  whole.insertObservation(roomScan(), pose);
+  paused->insertObservation(roomScan(), pose);
+  EXPECT_EQ(bytesOf(*paused), bytesOf(whole));
+}
+
+TEST(Serialization, PriorMapsOfPriorMapsAreIncluded)
+{
+  const TemporaryFolder folder;
+  CBGKMap first;
+  first.updateVoxel(1.05, 0.05, 0.05, true);
+  lamap::saveMapFile(first, folder.file("first.lamap.gz"));
+  CBGKMap::TCreationOptions options;
+  options.priorMap = folder.file("first.lamap.gz");
+  CBGKMap second(options);
+  second.updateVoxel(2.05, 0.05, 0.05, true);
+  lamap::saveMapFile(second, folder.file("second.lamap.gz"));
+  options.priorMap = folder.file("second.lamap.gz");
+  CBGKMap third(options);
+  third.updateVoxel(3.05, 0.05, 0.05, true);
+  const auto loaded = std::dynamic_pointer_cast<CBGKMap>(objectFrom(bytesOf(third)));
+  ASSERT_TRUE(loaded);
+  EXPECT_EQ(cellsOf(*loaded).size(), 3u);
+  expectSameCells(*loaded, third);
+  EXPECT_EQ(bytesOf(*loaded), bytesOf(third));
+}
+
+TEST(Serialization, AForeignPriorMapIsRefusedByName)
+{
+  const TemporaryFolder folder;
+  lamap::saveMapFile(mrpt::maps::COctoMap(0.1), folder.file("octo.lamap.gz"));
+  CBGKMap::TCreationOptions options;
+  options.priorMap = folder.file("octo.lamap.gz");
+  try
+  {
+    CBGKMap map(options);
+    FAIL() << "taken";
+  }
+  catch (const std::invalid_argument& error)
+  {
+    for (const std::string part : {"priorMap", "octo.lamap.gz", "mrpt::maps::COctoMap", "lamap::CBGKMap"})
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+  }
+  lamap::saveMapFile(CBGKMap(0.2), folder.file("coarse.lamap.gz"));
+  options.priorMap = folder.file("coarse.lamap.gz");
+  EXPECT_THROW(CBGKMap{options}, std::invalid_argument);
+}
+
+std::string complaintAbout(const std::vector<uint8_t>& bytes)
+{
+  try
+  {
+    (void)objectFrom(bytes);
+  }
+  catch (const std::exception& error)
+  {
+    return lamap::compat::messageOf(error);
+  }
+  return "";
+}
+
+TEST(Serialization, EveryFlippedByteAndEveryCutIsNoticed)
+{
+  CBGKMap map;
+  map.updateVoxel(0.05, 0.05, 0.05, true);
+  map.updateVoxel(5.05, 0.05, 0.05, false);
+  const auto bytes = bytesOf(map);
+  // The class's name comes first, the object's end mark last; both are MRPT's own.
+  const size_t header = 1 + std::string("lamap::CBGKMap").size();
+  for (size_t i = header; i + 1 < bytes.size(); ++i)
+  {
+    auto damaged = bytes;
+    damaged[i] ^= 0x10;
+    EXPECT_NE(complaintAbout(damaged), "") << "byte " << i << " of " << bytes.size();
+  }
+  for (size_t length = 0; length + 1 < bytes.size(); length += 7)
+    EXPECT_NE(complaintAbout({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length)}), "")
+        << length;
+}
+
+TEST(Serialization, ANewerVersionIsRefusedAsSuch)
+{
+  auto bytes = bytesOf(CBGKMap());
+  const size_t versionAt = 1 + std::string("lamap::CBGKMap").size();
+  ASSERT_EQ(bytes.at(versionAt), 1);
+  bytes[versionAt] = 9;
+  const std::string complaint = complaintAbout(bytes);
+  for (const std::string part : {"lamap::CBGKMap", "version 9", "up to version 1", "newer"})
+    EXPECT_NE(complaint.find(part), std::string::npos) << complaint;
+}
+
+TEST(Serialization, AFailedLoadLeavesTheMapAsItWas)
+{
+  CBGKMap map;
+  map.insertScan(smallScan());
+  const auto before = bytesOf(map);
+  auto bytes = bytesOf(CBGKMap(0.3));
+  bytes[bytes.size() - 5] ^= 1;
+  mrpt::io::CMemoryStream stream;
+  stream.assignMemoryNotOwn(bytes.data(), bytes.size());
+  auto archive = mrpt::serialization::archiveFrom(stream);
+  EXPECT_THROW(archive.ReadObject(&map), std::exception);
+  EXPECT_EQ(bytesOf(map), before);
+}
+
+/// The map of the golden file; a fixed scan with fixed options.
+CBGKMap goldenMap()
+{
+  CBGKMap::TCreationOptions options;
+  options.resolution = 0.125;
+  CBGKMap map(options);
+  map.insertionOptions.kernelScale = 1.5;
+  map.likelihoodOptions.decimation = 3;
+  map.renderingOptions.colourBy = CBGKMap::ColourBy::Variance;
+  map.genericMapParams.enableSaveAs3DObject = false;
+  map.insertScan(smallScan());
+  return map;
+}
+
+TEST(Serialization, TheFileOfVersion1LoadsAsItWasAndSavesToTheSameBytes)
+{
+  const std::string path = std::string(LAMAP_TEST_SOURCE_DIR) + "/golden/bgk_map_v1.lamap.gz";
+  if (std::getenv("LAMAP_WRITE_GOLDEN")) lamap::saveMapFile(goldenMap(), path);
+  const auto loaded = std::dynamic_pointer_cast<CBGKMap>(lamap::loadMapFile(path));
+  ASSERT_TRUE(loaded);
+  expectSameCells(*loaded, goldenMap());
+  EXPECT_EQ(bytesOf(*loaded), bytesOf(goldenMap()));
+  const TemporaryFolder folder;
+  lamap::saveMapFile(*loaded, folder.file("again.lamap.gz"));
+  EXPECT_EQ(contentOf(folder.file("again.lamap.gz")), contentOf(path));
+}
+
+TEST(Serialization, SavingTheRepresentationWritesThreeWholeFiles)
+{
+  const TemporaryFolder folder;
+  CBGKMap map;
+  map.insertScan(smallScan());
+  map.saveMetricMapRepresentationToFile(folder.file("map"));
+  const auto loaded = std::dynamic_pointer_cast<CBGKMap>(lamap::loadMapFile(folder.file("map.lamap.gz")));
+  ASSERT_TRUE(loaded);
+  EXPECT_EQ(bytesOf(*loaded), bytesOf(map));
+
+  mrpt::opengl::COpenGLScene scene;
+  ASSERT_TRUE(scene.loadFromFile(folder.file("map.3Dscene")));
+  EXPECT_TRUE(scene.getByClass<mrpt::opengl::COctoMapVoxels>());
+
+  mrpt::maps::CSimplePointsMap points;
+  ASSERT_TRUE(points.loadFromPlyFile(folder.file("map.ply")));
+  EXPECT_EQ(points.size(), map.getAsSimplePointsMap()->size());
+  EXPECT_GT(points.size(), 0u);
+
+  EXPECT_EQ(
+      std::distance(
+          std::filesystem::directory_iterator(std::filesystem::path(folder.file("map")).parent_path()), {}),
+      3);
+  EXPECT_THROW(map.saveMetricMapRepresentationToFile("/no/such/folder/map"), std::runtime_error);
+}
+
+}  // namespace
