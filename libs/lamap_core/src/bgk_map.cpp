@@ -66,9 +66,11 @@ bool mergeSameState(const DenseBlock& block, uint32_t first, uint32_t count, Evi
   return true;
 }
 
-unsigned threadsOrAll(unsigned threads)
+/// More threads than the machine has would only take turns.
+unsigned usefulThreads(unsigned threads)
 {
-  return threads > 0 ? threads : std::max(1u, std::thread::hardware_concurrency());
+  const unsigned all = std::max(1u, std::thread::hardware_concurrency());
+  return threads > 0 ? std::min(threads, all) : all;
 }
 
 }  // namespace
@@ -149,7 +151,7 @@ RayCounts BgkMap::insert(const Scan& scan, const BgkInference& inference, unsign
   inference.validate(structure_.resolution);
   if (!inference_) inference_ = std::make_unique<BgkScanInference>();
   return inference_->addScan(
-      scan, inference.resolved(structure_.resolution), structure_, planarLayer_, threadsOrAll(threads),
+      scan, inference.resolved(structure_.resolution), structure_, planarLayer_, usefulThreads(threads),
       [&](const BlockIndex& block) { return ruleFor(block, inference.thresholds); }, grid_);
 }
 

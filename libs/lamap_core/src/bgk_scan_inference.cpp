@@ -65,17 +65,6 @@ std::optional<std::pair<CellIndex, CellIndex>> markedBox(const BlockMasks& masks
                         CellIndex{63 - __builtin_clzll(columns), highest / kEdge, zLast});
 }
 
-/// From the weights' unit to units of cell evidence.
-void roundSums(const WeightScale& scale, const Layers& layers, BlockSums& sums)
-{
-  constexpr int kLayer = kEdge * kEdge;
-  for (int i = layers.begin * kLayer; i < layers.end * kLayer; ++i)
-  {
-    int64_t& sum = sums[static_cast<size_t>(i)];
-    sum = static_cast<int64_t>(scale.evidence(sum));
-  }
-}
-
 void clearSums(const Layers& layers, BlockSums& sums)
 {
   if (!layers.any()) return;
@@ -205,6 +194,8 @@ class BgkScanInference::Implementation
   std::array<uint32_t, kScanBlockCells>
       partOffsets_{};  ///< Morton numbers of cells (x, y, z), at (z·8 + y)·8 + x
   WeightScale pointScale_{1.0, 1.0};
+  WeightScale occupiedScale_{1.0, 1.0};
+  WeightScale freeScale_{1.0, 1.0};
 };
 
 BgkScanInference::BgkScanInference() : implementation_(std::make_unique<Implementation>()) {}
@@ -318,6 +309,12 @@ void BgkScanInference::Implementation::findTargets()
                                           training_->freeSegments.size());
   pointScale_ =
       WeightScale(weights_->kernel.scale() * std::max(1.0, weights_->inference.freeWeight), points + 1.0);
+  const BgkInference& inference = weights_->inference;
+  const bool asCells = inference.trainingPoints == TrainingPoints::Cells;
+  occupiedScale_ = asCells ? weights_->hitStencil.scale() : pointScale_;
+  freeScale_ = asCells && weights_->freeStencil && inference.freeSpace == FreeSpace::Samples
+                   ? weights_->freeStencil->scale()
+                   : pointScale_;
 }
 
 void BgkScanInference::Implementation::addTargetsAround(const BlockIndex& block, const CellIndex& first,
@@ -436,7 +433,7 @@ void BgkScanInference::Implementation::findNeighbours(const BlockIndex& block, W
   worker.neighbourhood.masks.resize(worker.neighbours.size());
 }
 
-/// @return the layers that the marked cells reach, their sums rounded to cell evidence.
+/// @return the layers that the marked cells reach, in units of the weights.
 Layers BgkScanInference::Implementation::addCells(const CellStencil& stencil, CellMask BlockMasks::*mask,
                                                   bool BlockMasks::*any, Worker& worker,
                                                   BlockSums& sums) const
@@ -449,12 +446,10 @@ Layers BgkScanInference::Implementation::addCells(const CellStencil& stencil, Ce
     worker.neighbourhood.masks[i] = marked ? &(neighbour->*mask) : nullptr;
     anyMarked = anyMarked || marked;
   }
-  const Layers reached = anyMarked ? stencil.addUp(worker.neighbourhood, sums) : Layers{};
-  roundSums(stencil.scale(), reached, sums);
-  return reached;
+  return anyMarked ? stencil.addUp(worker.neighbourhood, sums) : Layers{};
 }
 
-/// @return the layers that the points reach, their sums rounded to cell evidence.
+/// @return the layers that the points reach, in units of the weights.
 Layers BgkScanInference::Implementation::addPoints(const std::vector<Eigen::Vector3d>& points,
                                                    const BlockLists::Range& list,
                                                    const WeightedKernel& weights, const BlockPlace& place,
@@ -462,9 +457,7 @@ Layers BgkScanInference::Implementation::addPoints(const std::vector<Eigen::Vect
 {
   bool any = false;
   for (const uint32_t i : list) any |= addPoint(weights, points[i], place, sums);
-  const Layers reached = any ? Layers{0, kEdge} : Layers{};
-  roundSums(weights.scale, reached, sums);
-  return reached;
+  return any ? Layers{0, kEdge} : Layers{};
 }
 
 /// As addPoints(). A ray may stand in the list several times, one behind the other.
@@ -479,12 +472,10 @@ Layers BgkScanInference::Implementation::addSegments(const BlockLists::Range& li
     if (i != last) any |= addSegment(weights, training_->freeSegments[i], place, sums);
     last = i;
   }
-  const Layers reached = any ? Layers{0, kEdge} : Layers{};
-  roundSums(weights.scale, reached, sums);
-  return reached;
+  return any ? Layers{0, kEdge} : Layers{};
 }
 
-/** The sums of one scan block, in worker.occupied and worker.free, in units of cell evidence.
+/** The sums of one scan block, in worker.occupied and worker.free, in units of their weights.
  * @return the layers that evidence reaches */
 Layers BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker) const
 {
@@ -575,7 +566,7 @@ void BgkScanInference::Implementation::addGroup(const Group& group, Worker& work
   if (holdsGroup) finish(corner);
 }
 
-/** Hands the evidence of a part of a scan block to the adder.
+/** Rounds the sums of a part of a scan block to evidence, and hands it to the adder.
  * @param from first cell of the part in the scan block; @param layers of the part that evidence may be in
  * @param base Morton number of that first cell in the map's block */
 void BgkScanInference::Implementation::addPart(const CellIndex& from, int part, const Layers& layers,
@@ -590,9 +581,9 @@ void BgkScanInference::Implementation::addPart(const CellIndex& from, int part, 
       for (int x = 0; x < part; ++x)
       {
         const size_t i = row + static_cast<size_t>(x);
-        const Evidence evidence{static_cast<uint64_t>(worker.occupied[i]),
-                                static_cast<uint64_t>(worker.free[i])};
-        if (evidence.any()) worker.adder.set(base | partOffsets_[partRow + static_cast<size_t>(x)], evidence);
+        if ((worker.occupied[i] | worker.free[i]) == 0) continue;
+        worker.adder.set(base | partOffsets_[partRow + static_cast<size_t>(x)],
+                         {occupiedScale_.evidence(worker.occupied[i]), freeScale_.evidence(worker.free[i])});
       }
     }
   }

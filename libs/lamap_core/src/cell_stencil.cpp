@@ -33,28 +33,7 @@ class PaddedRows
  public:
   PaddedRows(const MaskNeighbourhood& neighbourhood, int reach) : reach_(reach), edge_(kEdge + 2 * reach)
   {
-    for (int z = -reach; z < kEdge + reach; ++z)
-    {
-      const int dz = z < 0 ? -1 : z >= kEdge;
-      for (int dy = -1; dy <= 1; ++dy)
-      {
-        const CellMask* left = neighbourhood.at(-1, dy, dz);
-        const CellMask* middle = neighbourhood.at(0, dy, dz);
-        const CellMask* right = neighbourhood.at(1, dy, dz);
-        const auto word = static_cast<size_t>(z & (kEdge - 1));
-        const uint64_t leftBits = left ? (*left)[word] : 0;
-        const uint64_t middleBits = middle ? (*middle)[word] : 0;
-        const uint64_t rightBits = right ? (*right)[word] : 0;
-        const int yBegin = dy < 0 ? kEdge - reach : 0;
-        const int yEnd = dy > 0 ? reach : kEdge;
-        for (int y = yBegin; y < yEnd; ++y)
-        {
-          const uint32_t row = rowBits(leftBits, middleBits, rightBits, y);
-          rows_[index(dy * kEdge + y, z)] = row;
-          layerBits_[static_cast<size_t>(z + reach)] |= row;
-        }
-      }
-    }
+    for (int z = -reach; z < kEdge + reach; ++z) addLayer(neighbourhood, z);
   }
 
   [[nodiscard]] bool anyInLayer(int z) const { return layerBits_[static_cast<size_t>(z + reach_)] != 0; }
@@ -62,6 +41,30 @@ class PaddedRows
   [[nodiscard]] uint32_t at(int y, int z) const { return rows_[index(y, z)]; }
 
  private:
+  void addLayer(const MaskNeighbourhood& neighbourhood, int z)
+  {
+    const int dz = z < 0 ? -1 : z >= kEdge;
+    std::array<std::array<uint64_t, 3>, 3> words;  // of the nine masks around, by dy and dx
+    uint64_t any = 0;
+    for (int dy = -1; dy <= 1; ++dy)
+    {
+      for (int dx = -1; dx <= 1; ++dx)
+      {
+        const CellMask* mask = neighbourhood.at(dx, dy, dz);
+        const uint64_t word = mask ? (*mask)[static_cast<size_t>(z & (kEdge - 1))] : 0;
+        words[static_cast<size_t>(dy + 1)][static_cast<size_t>(dx + 1)] = word;
+        any |= word;
+      }
+    }
+    if (any == 0) return;  // nobody reads the rows of such a layer
+    for (int y = -reach_; y < kEdge + reach_; ++y)
+    {
+      const auto& [left, middle, right] = words[static_cast<size_t>(y < 0 ? 0 : y < kEdge ? 1 : 2)];
+      const uint32_t row = rowBits(left, middle, right, y & (kEdge - 1));
+      rows_[index(y, z)] = row;
+      layerBits_[static_cast<size_t>(z + reach_)] |= row;
+    }
+  }
   [[nodiscard]] size_t index(int y, int z) const
   {
     return static_cast<size_t>((z + reach_) * edge_ + y + reach_);

@@ -184,7 +184,6 @@ bool EvidenceBlock::addInPlace(const BlockShape& shape, const uint64_t* touched,
     if (touched[word] & ~observed[word]) return false;
   }
   uint64_t* const values = words_.data() + maskWords;
-  uint64_t carry = 0;
   const auto forEachTouched = [&](auto&& apply)
   {
     size_t rank = 0;
@@ -204,16 +203,21 @@ bool EvidenceBlock::addInPlace(const BlockShape& shape, const uint64_t* touched,
       rank += countBits(observed[word]);
     }
   };
+  uint64_t addedBits = 0;
+  uint64_t valueBits = 0;
   forEachTouched(
-      [&](uint64_t value, const Evidence& evidence)
+      [&](uint64_t& value, const Evidence& evidence)
       {
-        carry |= ((value & kNarrowMax) + evidence.occupied) >> 32 | ((value >> 32) + evidence.free) >> 32 |
-                 evidence.occupied >> 32 | evidence.free >> 32;
+        addedBits |= evidence.occupied | evidence.free;
+        valueBits |= value;
+        value += evidence.occupied | evidence.free << 32;
       });
-  if (carry != 0) return false;
+  // Two counts below 2^31 cannot pass 2^32. Else all is taken back: the slow way decides.
+  constexpr uint64_t kTopBits = 0x8000000080000000u;
+  if (addedBits >> 31 == 0 && (valueBits & kTopBits) == 0) return true;
   forEachTouched([](uint64_t& value, const Evidence& evidence)
-                 { value += evidence.occupied | evidence.free << 32; });
-  return true;
+                 { value -= evidence.occupied | evidence.free << 32; });
+  return false;
 }
 
 bool EvidenceBlock::hasEqualOctant(const BlockShape& shape) const

@@ -107,7 +107,7 @@ class EvidenceBlock
 
   /** Adds counts to cells that are all observed already, in a block that is neither pruned nor wide.
    * @param touched  bit mask of the cells, by Morton number; @param added[offset] read where touched
-   * @return false, with nothing changed, where the block is otherwise or a count would pass 2^32. */
+   * @return false, with nothing changed, where the block is otherwise or a count might pass 2^32. */
   bool addInPlace(const BlockShape& shape, const uint64_t* touched, const Evidence* added);
 
   /// In a block that is neither pruned nor wide: are all cells of some finest octant observed and equal?
