@@ -181,7 +181,7 @@ std::vector<TrueCell> truthOf(const World& world)
 
 ScanSeries sectorLaserSeries()
 {
-  ScanSeries series{"sector laser, 12 scans of 3,500 points, 8 m", 8.0, {}, {}};
+  ScanSeries series{"sector laser, 12 scans of 3,500 points, 8 m", 8.0, false, {}, {}};
   const World world = room();
   series.truth = truthOf(world);
   const auto directions = directionGrid(100, 2 * kPi / 3, 35, kPi / 4);
@@ -195,7 +195,7 @@ ScanSeries sectorLaserSeries()
 
 ScanSeries panTiltSeries()
 {
-  ScanSeries series{"pan-tilt laser, 10 scans of 89,000 points, 30 m", 30.0, {}, {}};
+  ScanSeries series{"pan-tilt laser, 10 scans of 89,000 points, 30 m", 30.0, false, {}, {}};
   const World world = corridor();
   series.truth = truthOf(world);
   const auto directions = directionGrid(500, 2 * kPi, 178, 0.9 * kPi);
@@ -206,7 +206,7 @@ ScanSeries panTiltSeries()
 
 ScanSeries planarLaserSeries()
 {
-  ScanSeries series{"planar laser, 60 scans of 361 beams, 30 m", 30.0, {}, {}};
+  ScanSeries series{"planar laser, 60 scans of 361 beams, 30 m", 30.0, true, {}, {}};
   const World world = corridor();
   constexpr size_t kBeams = 361;
   for (int i = 0; i < 60; ++i)

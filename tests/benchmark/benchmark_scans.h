@@ -28,6 +28,7 @@ struct ScanSeries
 {
   std::string name;
   double rangeMax_m = 0;
+  bool planar = false;  ///< of a sensor that sees a plane
   std::vector<PosedObservation> scans;
   /// Cells of 0.1 m of the world: free ones lie wholly in the open, occupied ones hold a surface. What lies
   /// deeper in walls is not listed.

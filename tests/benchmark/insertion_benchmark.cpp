@@ -34,9 +34,11 @@ std::unique_ptr<mrpt::maps::CMetricMap> makeOctoMap(const ScanSeries& series)
   return map;
 }
 
-std::unique_ptr<mrpt::maps::CMetricMap> makeBgkMap(const ScanSeries& series, unsigned threads)
+std::unique_ptr<mrpt::maps::CMetricMap> makeBgkMap(const ScanSeries& series, unsigned threads, bool planar)
 {
-  auto map = std::make_unique<lamap::CBGKMap>(0.10);
+  lamap::CBGKMap::TCreationOptions options;
+  options.planar = planar;
+  auto map = std::make_unique<lamap::CBGKMap>(options);
   map->insertionOptions.maxRange = series.rangeMax_m;
   map->setThreadCount(threads);
   return map;
@@ -44,11 +46,16 @@ std::unique_ptr<mrpt::maps::CMetricMap> makeBgkMap(const ScanSeries& series, uns
 
 constexpr const char* kPeer = "COctoMap";
 
-std::vector<Candidate> candidates()
+std::vector<Candidate> candidatesFor(const ScanSeries& series)
 {
-  return {{kPeer, makeOctoMap},
-          {"CBGKMap, 1 thread", [](const ScanSeries& series) { return makeBgkMap(series, 1); }},
-          {"CBGKMap, 2 threads", [](const ScanSeries& series) { return makeBgkMap(series, 2); }}};
+  std::vector<Candidate> candidates = {
+      {kPeer, makeOctoMap},
+      {"CBGKMap, 1 thread", [](const ScanSeries& s) { return makeBgkMap(s, 1, false); }},
+      {"CBGKMap, 2 threads", [](const ScanSeries& s) { return makeBgkMap(s, 2, false); }}};
+  if (series.planar)
+    candidates.push_back(
+        {"CBGKMap, planar, 1 thread", [](const ScanSeries& s) { return makeBgkMap(s, 1, true); }});
+  return candidates;
 }
 
 void insertAll(benchmark::State& state, const ScanSeries& series, const MapMaker& make)
@@ -86,10 +93,10 @@ class RatioReporter : public benchmark::ConsoleReporter
     {
       std::printf("  %s\n", series.name.c_str());
       const double peer = median(series.name + " / " + kPeer);
-      for (const Candidate& candidate : candidates())
+      for (const Candidate& candidate : candidatesFor(series))
       {
         const double own = median(series.name + " / " + candidate.name);
-        if (own > 0) std::printf("    %-20s %6.1f\n", candidate.name.c_str(), peer / own);
+        if (own > 0) std::printf("    %-26s %6.1f\n", candidate.name.c_str(), peer / own);
       }
     }
   }
@@ -115,7 +122,7 @@ int main(int argc, char** argv)
                                              lamap::test::planarLaserSeries()};
   for (const ScanSeries& series : allSeries)
   {
-    for (const Candidate& candidate : candidates())
+    for (const Candidate& candidate : candidatesFor(series))
     {
       const MapMaker make = candidate.make;
       benchmark::RegisterBenchmark((series.name + " / " + candidate.name).c_str(),
