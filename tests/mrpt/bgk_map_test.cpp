@@ -328,7 +328,7 @@ bool castBySmallSteps(const CBGKMap& map, const TPoint3D& origin, const TPoint3D
     const auto centre = lamap::cellCentre(*cell, map.resolution());
     end = {centre.x(), centre.y(), centre.z()};
     if (state == CellState::Occupied) return true;
-    if (state == CellState::Unknown && !ignoreUnknown) return false;
+    if (!estimate && !ignoreUnknown) return false;
   }
   return false;
 }

@@ -163,7 +163,7 @@ TEST(Likelihood, AnObservationThatChangesInPlaceIsSeen)
     scan = roomScan();
     EXPECT_EQ(map.computeObservationLikelihood(scan, kRobot), before) << what;
   };
-  scan.setScanRange(180, 1.0f);
+  scan.setScanRange(100, 1.0f);
   changed("a range");
   scan.setScanRangeValidity(179, false);
   scan.setScanRange(179, 0);

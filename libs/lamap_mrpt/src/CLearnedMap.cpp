@@ -224,9 +224,8 @@ bool CLearnedMap::castRay(const mrpt::math::TPoint3D& origin, const mrpt::math::
               const Eigen::Vector3d centre = cellCentre(cell, resolution());
               end = {centre.x(), centre.y(), centre.z()};
               const auto estimate = estimateCell(cell);
-              const CellState state = estimate ? estimate->state : CellState::Unknown;
-              met = state == CellState::Occupied;
-              return state == CellState::Free || (state == CellState::Unknown && ignoreUnknownCells);
+              met = estimate && estimate->state == CellState::Occupied;
+              return !met && (estimate || ignoreUnknownCells);
             });
   return met;
 }

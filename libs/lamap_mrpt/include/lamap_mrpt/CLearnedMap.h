@@ -154,7 +154,8 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public mrpt::system::COutputL
 
   /** Follows a ray from cell to cell to the first occupied one.
    * @param direction of any length > 0. @param end centre of that cell, otherwise of the last one looked at.
-   * @param ignoreUnknownCells if false, an unobserved or undecided cell ends the ray.
+   * @param ignoreUnknownCells if false, a cell without evidence ends the ray; one that is undecided does not,
+   *        as there are always some before a wall.
    * @param maxRange [m], cells that the ray enters farther away are not looked at; <= 0: no limit.
    * @return whether an occupied cell was met; that of the origin counts. */
   bool castRay(const mrpt::math::TPoint3D& origin, const mrpt::math::TPoint3D& direction,
