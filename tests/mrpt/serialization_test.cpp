@@ -2,6 +2,8 @@
 #include <lamap_mrpt/CBGKMap.h>
 #include <lamap_mrpt/map_file.h>
 #include <lamap_mrpt/mrpt_compat.h>
+#include <mrpt/config/CConfigFileMemory.h>
+#include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/maps/COctoMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/maps/TMetricMapInitializer.h>
@@ -210,16 +212,62 @@ TEST(Serialization, AFailedLoadLeavesTheMapAsItWas)
   EXPECT_EQ(bytesOf(map), before);
 }
 
-/// The map of the golden file; a fixed scan with fixed options.
+/// The map of the golden file: a fixed scan with fixed options, none of them left to a default that may
+/// change.
 CBGKMap goldenMap()
 {
-  CBGKMap::TCreationOptions options;
-  options.resolution = 0.125;
-  CBGKMap map(options);
-  map.insertionOptions.kernelScale = 1.5;
-  map.likelihoodOptions.decimation = 3;
-  map.renderingOptions.colourBy = CBGKMap::ColourBy::Variance;
-  map.genericMapParams.enableSaveAs3DObject = false;
+  mrpt::maps::TSetOfMetricMapInitializers definitions;
+  definitions.loadFromConfigFile(mrpt::config::CConfigFileMemory(R"(
+[map]
+bgkMap_count = 1
+[map_bgkMap_00_creationOpts]
+resolution = 0.125
+blockDepth = 4
+pruning = lossless
+planar = false
+planarHeight = 0
+priorAlpha = 0.003
+priorBeta = 0.003
+enableSaveAs3DObject = false
+[map_bgkMap_00_insertOpts]
+freeSpace = samples
+freeResolution = 0.125
+freeMargin = 0.125
+freeWeight = 0.5
+freeDownsampling = 0
+trainingPoints = cells
+hitDownsampling = 0.125
+protectHits = 2
+kernel = sparse
+kernelSupport = 0.25
+kernelScale = 1.5
+minRange = 0
+maxRange = 0
+considerInvalidRangesAsFreeSpace = true
+rayDecimation = 1
+freeThreshold = 0.3
+occupiedThreshold = 0.7
+varianceThreshold = 0
+[map_bgkMap_00_likelihoodOpts]
+decimation = 3
+outlierProb = 0.25
+endPointStd = 0.125
+unobservedProb = 0.5
+independence = 0.75
+[map_bgkMap_00_renderOpts]
+generateOccupiedVoxels = true
+visibleOccupiedVoxels = true
+generateFreeVoxels = true
+visibleFreeVoxels = false
+generateGridLines = true
+hideBuriedVoxels = true
+colourBy = variance
+freeOpacity = 0.25
+)"),
+                                 "map");
+  mrpt::maps::CMultiMetricMap maps;
+  maps.setListOfMaps(definitions);
+  auto map = dynamic_cast<CBGKMap&>(*maps.maps.at(0));
   map.insertScan(smallScan());
   return map;
 }

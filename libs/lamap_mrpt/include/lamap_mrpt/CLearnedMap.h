@@ -114,7 +114,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public mrpt::system::COutputL
     double outlierProb = 0.3;  ///< share of returns that tell nothing: half of it is the least one counts
     double endPointStd = 0.2;  ///< [m] uncertainty of where a return ends; 0: only the cell it ends in counts
     double unobservedProb = 0.25;  ///< P(occupied) that counts for a return where the map has no evidence
-    double independence = 0.25;    ///< how much of a return counts as independent of the others
+    double independence = 0.15;    ///< how much of a return counts as independent of the others
 
     [[nodiscard]] const OptionTable& optionTable() const override;
     /// As sameOptions(), for every single likelihood.
