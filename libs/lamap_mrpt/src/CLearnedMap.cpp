@@ -101,6 +101,7 @@ const OptionTable& CLearnedMap::TRenderingOptions::optionTable() const
 
 CLearnedMap::CLearnedMap(const CLearnedMap& other)
     : mrpt::maps::CMetricMap(),
+      NearestCells(),
       mrpt::system::COutputLogger(other),
       likelihoodOptions(other.likelihoodOptions),
       renderingOptions(other.renderingOptions),

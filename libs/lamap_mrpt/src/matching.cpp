@@ -131,13 +131,18 @@ void matchPoints(const CSimplePointsMap& mine, const CPointsMap& others,
 }
 }  // namespace
 
+std::shared_ptr<const CSimplePointsMap> CLearnedMap::cellsToSearch(bool plane) const
+{
+  return plane ? occupiedCells()->forPlane() : occupiedCells()->forSpace();
+}
+
 void CLearnedMap::determineMatching2D(const CMetricMap* otherMap, const mrpt::poses::CPose2D& otherMapPose,
                                       mrpt::tfest::TMatchingPairList& correspondences,
                                       const mrpt::maps::TMatchingParams& params,
                                       mrpt::maps::TMatchingExtraResults& extraResults) const
 {
-  matchPoints(*occupiedCells()->forPlane(), requirePoints(otherMap), mrpt::poses::CPose3D(otherMapPose), true,
-              params, correspondences, extraResults);
+  matchPoints(*cellsToSearch(true), requirePoints(otherMap), mrpt::poses::CPose3D(otherMapPose), true, params,
+              correspondences, extraResults);
 }
 
 void CLearnedMap::determineMatching3D(const CMetricMap* otherMap, const mrpt::poses::CPose3D& otherMapPose,
@@ -145,8 +150,8 @@ void CLearnedMap::determineMatching3D(const CMetricMap* otherMap, const mrpt::po
                                       const mrpt::maps::TMatchingParams& params,
                                       mrpt::maps::TMatchingExtraResults& extraResults) const
 {
-  matchPoints(*occupiedCells()->forSpace(), requirePoints(otherMap), otherMapPose, false, params,
-              correspondences, extraResults);
+  matchPoints(*cellsToSearch(false), requirePoints(otherMap), otherMapPose, false, params, correspondences,
+              extraResults);
 }
 
 float CLearnedMap::compute3DMatchingRatio(const CMetricMap* otherMap,
@@ -159,13 +164,13 @@ float CLearnedMap::compute3DMatchingRatio(const CMetricMap* otherMap,
   matching.maxDistForCorrespondence = params.maxDistForCorr;
   mrpt::tfest::TMatchingPairList correspondences;
   mrpt::maps::TMatchingExtraResults results;
-  matchPoints(*occupiedCells()->forSpace(), *others, otherMapPose, false, matching, correspondences, results);
+  matchPoints(*cellsToSearch(false), *others, otherMapPose, false, matching, correspondences, results);
   return results.correspondencesRatio;
 }
 
 float CLearnedMap::squareDistanceToClosestCorrespondence(float x0, float y0) const
 {
-  const auto points = occupiedCells()->forPlane();
+  const auto points = cellsToSearch(true);
   return points->empty() ? std::numeric_limits<float>::max() : points->kdTreeClosestPoint2DsqrError(x0, y0);
 }
 

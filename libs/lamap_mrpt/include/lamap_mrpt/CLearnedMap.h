@@ -6,6 +6,7 @@
 #include <lamap_core/ray_selection.h>
 #include <lamap_mrpt/lazy.h>
 #include <lamap_mrpt/mrpt_compat.h>
+#include <lamap_mrpt/nearest_cells.h>
 #include <lamap_mrpt/option_table.h>
 #include <mrpt/maps/CMetricMap.h>
 #include <mrpt/maps/CPointsMap.h>
@@ -32,7 +33,7 @@ struct ObservedBox;
  *
  * Thread guarantee: const methods may be called from several threads as long as nobody changes the map.
  */
-class CLearnedMap : public mrpt::maps::CMetricMap, public mrpt::system::COutputLogger
+class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public mrpt::system::COutputLogger
 {
  public:
   /// Edge of a finest cell [m].
@@ -234,6 +235,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public mrpt::system::COutputL
                                                const mrpt::poses::CPose3D& takenFrom) const override;
   bool internal_canComputeObservationLikelihood(const mrpt::obs::CObservation& observation) const override;
 
+  std::shared_ptr<const mrpt::maps::CSimplePointsMap> cellsToSearch(bool plane) const override;
   [[nodiscard]] std::shared_ptr<const OccupiedCells> occupiedCells() const;
   [[nodiscard]] std::shared_ptr<const ObservedBox> observedBox() const;
 
