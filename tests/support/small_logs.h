@@ -65,8 +65,8 @@ inline mrpt::obs::CActionCollection::Ptr move3D(mrpt::Clock::time_point time,
 {
   mrpt::obs::CActionRobotMovement3D action;
   action.timestamp = time;
-  mrpt::obs::CActionRobotMovement3D::TMotionModelOptions noise;
-  action.computeFromOdometry(increment, noise);
+  action.poseChange.mean = increment;  // computeFromOdometry() would draw it at random
+  action.poseChange.cov.setIdentity();
   auto actions = mrpt::obs::CActionCollection::Create();
   actions->insert(action);
   return actions;

@@ -125,6 +125,7 @@ TEST(CellMapOf, MrptGridGivesItsObservedCells)
   grid->setCell(grid->x2idx(0.35F), grid->y2idx(-1.25F), 0.1F);  // MRPT: P(free)
   grid->setCell(grid->x2idx(-0.95F), grid->y2idx(1.95F), 0.9F);
   const CellTable table = readCellTable(*cellsOf(grid));
+  EXPECT_EQ(table.resolution_m, 0.1);
   ASSERT_EQ(table.rows.size(), 2U);
   ASSERT_NE(table.find({3, -13, 0}), nullptr);
   EXPECT_NEAR(table.find({3, -13, 0})->estimate.prob, 0.9, 0.01);

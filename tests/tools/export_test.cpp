@@ -267,6 +267,19 @@ TEST(ExportOctomap, JoinsEqualSiblingsAndExpandsThemAgain)
   EXPECT_EQ(readCellTable(folder / "map.ot").rows.size(), 512U);
 }
 
+TEST(ExportOctomap, ResolutionIsExact)
+{
+  const TemporaryFolder folder;
+  HandMadeCells map(1.0 / 7);
+  map.put({20000, 1, 2}, 0.9, CellState::Occupied);
+  for (const char* name : {"a.ot", "a.bt"})
+  {
+    exportMap(map, folder / name);
+    EXPECT_EQ(readCellTable(folder / name).resolution_m, 1.0 / 7);
+    EXPECT_NE(readCellTable(folder / name).find({20000, 1, 2}), nullptr);
+  }
+}
+
 TEST(ExportOctomap, RefusesCellsBeyondItsKeysNamingTheExtent)
 {
   const TemporaryFolder folder;

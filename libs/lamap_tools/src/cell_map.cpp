@@ -6,9 +6,9 @@
 #include <mrpt/maps/COctoMap.h>
 #include <mrpt/opengl/COctoMapVoxels.h>
 
-#include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
-#include <filesystem>
 #include <stdexcept>
 
 namespace lamap::tools
@@ -118,7 +118,15 @@ class GridCells : public CellMap
   explicit GridCells(std::shared_ptr<mrpt::maps::COccupancyGridMap2D> map) : map_(std::move(map)) {}
 
   std::string className() const override { return map_->GetRuntimeClass()->className; }
-  double resolution() const override { return map_->getResolution(); }
+  /// MRPT holds it as float: 0.1 shall not become 0.10000000149.
+  double resolution() const override
+  {
+    std::array<char, 32> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), map_->getResolution());
+    double resolution_m = 0;
+    std::from_chars(text.data(), end.ptr, resolution_m);
+    return resolution_m;
+  }
   std::vector<std::string> evidenceNames() const override { return {"logodds"}; }
 
   std::optional<CellEstimate> estimateAt(const mrpt::math::TPoint3D& point_map) const override

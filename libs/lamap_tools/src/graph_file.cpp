@@ -1,18 +1,17 @@
 #include <lamap_tools/graph_file.h>
-#include <octomap/ScanGraph.h>
+#include <octomap/octomap_types.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
+#include <istream>
 #include <stdexcept>
 
 namespace lamap::tools
 {
 namespace
 {
-// What OctoMap writes a node: number of points, points (3 floats), pose (3 floats, 4 doubles), id.
 constexpr uint64_t kPointBytes = 12;
-constexpr uint64_t kNodeBytesWithoutPoints = 4 + 12 + 32 + 4;
 
 mrpt::poses::CPose3D poseOf(const octomap::pose6d& pose)
 {
@@ -26,12 +25,25 @@ mrpt::poses::CPose3D poseOf(const octomap::pose6d& pose)
                               mrpt::math::CMatrixDouble31(translation));
 }
 
-GraphScan scanOf(const octomap::ScanNode& node)
+/// A node as OctoMap's ScanNode writes it: points, pose, id. (ScanNode itself comments on every cloud it
+/// reads.)
+GraphScan readNode(std::istream& file, uint64_t bytesLeft)
 {
+  uint32_t size = 0;
+  file.read(reinterpret_cast<char*>(&size), sizeof(size));
+  if (!file || size > bytesLeft / kPointBytes) throw std::runtime_error("the file ends within it");
+  std::vector<octomap::point3d> points(size);
+  for (octomap::point3d& point : points) point.readBinary(file);
+  octomap::pose6d pose;
+  pose.readBinary(file);
+  uint32_t id = 0;
+  file.read(reinterpret_cast<char*>(&id), sizeof(id));
+  if (!file) throw std::runtime_error("the file ends within it");
+
   GraphScan scan;
-  scan.sensorPose_map = poseOf(node.pose);
-  scan.points_map.reserve(node.scan->size());
-  for (const octomap::point3d& point : *node.scan)
+  scan.sensorPose_map = poseOf(pose);
+  scan.points_map.reserve(points.size());
+  for (const octomap::point3d& point : points)
   {
     Eigen::Vector3d moved;
     scan.sensorPose_map.composePoint(point.x(), point.y(), point.z(), moved.x(), moved.y(), moved.z());
@@ -50,7 +62,8 @@ GraphFile::GraphFile(const std::string& path) : file_(path, std::ios::binary)
   if (!file_.read(reinterpret_cast<char*>(&size), sizeof(size)))
     throw std::runtime_error(path + ": too short for a scan graph");
   // The file's end may be cut off, but no graph has so many scans that they fill thousands of such files.
-  if (size > 1000 * (fileSize_ / kNodeBytesWithoutPoints + 1))
+  constexpr uint64_t kLeastNodeBytes = 16;
+  if (size > 1000 * (fileSize_ / kLeastNodeBytes + 1))
     throw std::runtime_error(path + ": not a scan graph of OctoMap: it would hold " + std::to_string(size) +
                              " scans");
   size_ = size;
@@ -61,18 +74,8 @@ std::optional<GraphScan> GraphFile::next()
   if (damage_ || read_ == size_) return std::nullopt;
   try
   {
-    // Looked at first: OctoMap reserves the memory for as many points as the file states.
-    const auto begin = file_.tellg();
-    const uint64_t bytesLeft = fileSize_ - static_cast<uint64_t>(begin);
-    uint32_t points = 0;
-    file_.read(reinterpret_cast<char*>(&points), sizeof(points));
-    if (!file_ || bytesLeft < kNodeBytesWithoutPoints + points * kPointBytes)
-      throw std::runtime_error("the file ends within it");
-    file_.seekg(begin);
-
-    octomap::ScanNode node;
-    if (!node.readBinary(file_)) throw std::runtime_error("the file ends within it");
-    GraphScan scan = scanOf(node);
+    const uint64_t bytesLeft = fileSize_ - static_cast<uint64_t>(file_.tellg());
+    GraphScan scan = readNode(file_, bytesLeft);
     ++read_;
     return scan;
   }

@@ -1,5 +1,6 @@
 #include <lamap_mrpt/atomic_file.h>
 #include <lamap_tools/cell_table.h>
+#include <lamap_tools/file_output.h>
 #include <lamap_tools/octomap_file.h>
 #include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
@@ -229,6 +230,19 @@ void requireKeys(const CellExtent& extent, const std::string& path, double resol
   throw std::runtime_error(why.str());
 }
 
+/// OctoMap's own writers cut the resolution to six digits and talk on the standard error.
+void writeTree(const octomap::OcTree& tree, bool binary, std::ostream& out)
+{
+  out << (binary ? "# Octomap OcTree binary file" : "# Octomap OcTree file")
+      << "\n# (feel free to add / change comments, but leave the first line as it is!)\n#\nid "
+      << tree.getTreeType() << "\nsize " << tree.size() << "\nres " << shortest(tree.getResolution())
+      << "\ndata\n";
+  if (binary)
+    tree.writeBinaryData(out);
+  else
+    tree.writeData(out);
+}
+
 octomap::OcTreeKey keyOf(const CellIndex& cell)
 {
   const auto key = [](int index) { return static_cast<octomap::key_type>(index + kKeyOfZero); };
@@ -264,9 +278,9 @@ void writeOctomapFile(const CellMap& map, const std::string& path)
 
   AtomicFile file(path);
   std::ofstream out(file.temporaryPath(), std::ios::binary | std::ios::trunc);
-  const bool written = binary ? tree.writeBinaryConst(out) : tree.write(out);
+  writeTree(tree, binary, out);
   out.close();
-  if (!written || !out) throw std::runtime_error(path + ": cannot be written: " + std::strerror(errno));
+  if (!out) throw std::runtime_error(path + ": cannot be written: " + std::strerror(errno));
   file.commit();
 }
 

@@ -28,6 +28,7 @@ using mrpt::img::TColor;
 const TColor kBackground(255, 255, 255);
 const TColor kGrid(205, 210, 215);
 const TColor kFreeSurface(120, 175, 235);
+constexpr double kFreeOpacity = 0.3;
 constexpr double kHighest = 0.97;  // of the palette
 
 /// One picture is drawn this much larger and averaged down, against jagged edges.
@@ -35,6 +36,17 @@ constexpr int kOversampling = 2;
 constexpr double kDegree = 3.14159265358979323846 / 180;
 /// About 260 bytes each in MRPT and as much again in OpenGL; a picture has fewer pixels than this.
 constexpr size_t kMaxFaces = 4'000'000;
+
+uint8_t mixed(uint8_t below, uint8_t above, double opacity)
+{
+  return static_cast<uint8_t>(std::lround(below * (1 - opacity) + above * opacity));
+}
+
+TColor mixed(const TColor& below, const TColor& above, double opacity)
+{
+  return {mixed(below.R, above.R, opacity), mixed(below.G, above.G, opacity),
+          mixed(below.B, above.B, opacity)};
+}
 
 bool withinHeights(const CellIndex& cell, double resolution_m, const RenderOptions& options)
 {
@@ -158,7 +170,8 @@ Legend legendFor(const CellMap& map, const Cells& cells, const RenderOptions& op
     legend.from = cells.frame.first.z * r;
     legend.to = (cells.frame.last.z + 1.0) * r;
   }
-  if (options.showFree) legend.swatches.push_back({kFreeSurface, "free space"});
+  if (options.showFree)
+    legend.swatches.push_back({mixed(kBackground, kFreeSurface, kFreeOpacity), "free space"});
   return legend;
 }
 
@@ -380,8 +393,7 @@ void blendInFront(Shot& shot, const Shot& front, double opacity)
       const float depth = front.depth(row, col);
       if (depth <= 0 || (shot.depth(row, col) > 0 && shot.depth(row, col) < depth)) continue;
       for (int channel = 3 * col; channel < 3 * col + 3; ++channel)
-        below[channel] =
-            static_cast<uint8_t>(std::lround(below[channel] * (1 - opacity) + above[channel] * opacity));
+        below[channel] = mixed(below[channel], above[channel], opacity);
     }
   }
 }
@@ -432,8 +444,7 @@ CImage drawPerspective(const CellMap& map, const RenderOptions& options)
   if (options.showFree && !cells.free.empty())
   {
     const auto faint = VoxelMesh(cells.free, edge_m).triangles([](const CellIndex&) { return kFreeSurface; });
-    constexpr double kOpacity = 0.3;
-    blendInFront(shot, shoot({faint}, view, clip), kOpacity);
+    blendInFront(shot, shoot({faint}, view, clip), kFreeOpacity);
   }
 
   CImage scene;

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -38,8 +39,10 @@ std::vector<std::string> ourNames()
   std::vector<std::string> names;
   for (const std::string& name : registeredMapNames())
     if (isLearnedMap(name)) names.push_back(name);
+  // Aliases begin with a small letter, class names with a capital or their namespace.
   std::stable_partition(names.begin(), names.end(),
-                        [](const std::string& name) { return name.find(':') == std::string::npos; });
+                        [](const std::string& name)
+                        { return name.find(':') == std::string::npos && std::islower(name.front()) != 0; });
   return names;
 }
 
@@ -150,10 +153,6 @@ class StockConfigCheck
   /// Whether a section is neither a request's own nor one of a map that MRPT knows.
   [[nodiscard]] bool isNobodysMap(const std::string& section) const
   {
-    if (std::none_of(requests_.begin(), requests_.end(),
-                     [&](const Request& request)
-                     { return startsWith(section, request.section.substr(0, 1)); }))
-      return false;
     for (const Request& request : requests_)
     {
       if (sameName(section, request.section)) return false;

@@ -1,6 +1,7 @@
 #include <lamap_mrpt/mrpt_compat.h>
 #include <lamap_tools/memory_guard.h>
 #include <lamap_tools/rawlog_file.h>
+#include <lamap_tools/trial_run.h>
 #include <mrpt/img/CImage.h>
 #include <mrpt/io/CStream.h>
 #include <mrpt/obs/CAction.h>
@@ -99,13 +100,38 @@ bool belongsInRawlog(const CSerializable& object)
 }
 }  // namespace
 
-RawlogFile::RawlogFile(const std::string& path) : path_(path)
+std::optional<RawlogFile::Limit> RawlogFile::findLimit(const std::string& path,
+                                                       const std::function<bool()>& shouldStop)
+{
+  const auto readAll = [&path](const std::function<void()>& step)
+  {
+    std::unique_ptr<RawlogFile> file;
+    try
+    {
+      file = std::make_unique<RawlogFile>(path);
+    }
+    catch (const std::runtime_error&)
+    {
+      return;  // in an orderly way: whoever opens it next is told
+    }
+    if (!file->first_) return;
+    step();
+    while (file->readObject()) step();
+  };
+  const TrialRun trial = tryInChild(readAll, shouldStop);
+  if (!trial.failure) return std::nullopt;
+  return Limit{trial.steps, "entry " + std::to_string(trial.steps + 1) + " is damaged: " + *trial.failure};
+}
+
+RawlogFile::RawlogFile(const std::string& path, std::optional<Limit> limit)
+    : path_(path), limit_(std::move(limit))
 {
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
   if (error) throw std::runtime_error(path + ": " + error.message());
-  constexpr size_t kLargestEntry = size_t{2} << 30;
-  memoryLimit_ = kLargestEntry + 8 * size;
+  // A compressed entry may be many times larger in memory, and a small file may hold one with a large buffer;
+  // but an entry of gigabytes takes a file of nearly that size.
+  memoryLimit_ = std::min((size_t{256} << 20) + 64 * size, (size_t{2} << 30) + 8 * size);
   stream_ = std::make_unique<Stream>(path);
   if (!stream_->isOpen()) throw std::runtime_error(path + ": cannot be opened");
   mrpt::img::CImage::setImagesPathBase(mrpt::obs::CRawlog::detectImagesDirectory(path));
@@ -137,6 +163,11 @@ CSerializable::Ptr RawlogFile::next()
 CSerializable::Ptr RawlogFile::readObject()
 {
   if (damage_) return {};
+  if (limit_ && entries_ == limit_->objects)
+  {
+    damage_ = limit_->damage;
+    return {};
+  }
   const uint64_t begin = stream_->getPosition();
   const auto damaged = [&](const std::string& what)
   {

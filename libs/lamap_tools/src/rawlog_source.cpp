@@ -75,7 +75,7 @@ std::optional<Time> timeOf(const Frame& frame, std::optional<Time> actionTime)
 class FrameReader
 {
  public:
-  explicit FrameReader(const std::string& path) : file_(path) {}
+  FrameReader(const std::string& path, const std::optional<RawlogFile::Limit>& limit) : file_(path, limit) {}
 
   struct Step
   {
@@ -162,10 +162,11 @@ struct Survey
   std::vector<Time> observationTimes;
 };
 
-Survey surveyOf(const std::string& path, const std::function<bool()>& shouldStop)
+Survey surveyOf(const std::string& path, const std::optional<RawlogFile::Limit>& limit,
+                const std::function<bool()>& shouldStop)
 {
   Survey survey;
-  FrameReader reader(path);
+  FrameReader reader(path, limit);
   while (const auto step = reader.next())
   {
     if (shouldStop()) break;
@@ -206,9 +207,9 @@ class RawlogSource : public ScanSource
  public:
   RawlogSource(const std::string& path, std::shared_ptr<const PoseTrack> givenPoses,
                const InputOptions& options)
-      : path_(path)
+      : path_(path), limit_(RawlogFile::findLimit(path, options.shouldStop))
   {
-    Survey survey = surveyOf(path, options.shouldStop);
+    Survey survey = surveyOf(path, limit_, options.shouldStop);
     expectedItems_ = survey.items;
     if (options.shouldStop())
       stand("not read");
@@ -238,7 +239,7 @@ class RawlogSource : public ScanSource
   [[nodiscard]] std::optional<ScanItem> next() override
   {
     // Opened with the first scan, not before: it sets MRPT's folder of images.
-    if (!reader_) reader_ = std::make_unique<FrameReader>(path_);
+    if (!reader_) reader_ = std::make_unique<FrameReader>(path_, limit_);
     while (waiting_.empty())
     {
       auto step = reader_->next();
@@ -319,6 +320,7 @@ class RawlogSource : public ScanSource
   }
 
   std::string path_;
+  std::optional<RawlogFile::Limit> limit_;
   size_t expectedItems_ = 0;
   Poses kind_ = Poses::Standing;
   std::shared_ptr<const PoseTrack> track_;

@@ -5,6 +5,7 @@
 #include <lamap_tools/pcd_file.h>
 #include <lamap_tools/pose_track.h>
 #include <lamap_tools/scan_source.h>
+#include <lamap_tools/trial_run.h>
 #include <lamap_tools/usage_error.h>
 #include <mrpt/img/CImage.h>
 #include <mrpt/maps/CSimpleMap.h>
@@ -55,16 +56,19 @@ InputKind kindOf(const std::string& path)
 class SimpleMapSource : public ScanSource
 {
  public:
-  explicit SimpleMapSource(const std::string& path) : path_(path)
+  SimpleMapSource(const std::string& path, const std::function<bool()>& shouldStop) : path_(path)
   {
-    const auto size = fs::file_size(path);
+    const auto tryReading = [&path](const std::function<void()>& step)
     {
-      // Compressed content grows at most a thousandfold, and objects are larger than their bytes in a file.
       constexpr size_t kSmallest = size_t{2} << 30;
-      const MemoryGuard guard(kSmallest + 64 * size);
-      if (!map_.loadFromFile(path))
-        throw std::runtime_error(path + ": not a simple map, cut short or damaged");
-    }
+      const MemoryGuard guard(kSmallest + 64 * fs::file_size(path));
+      mrpt::maps::CSimpleMap map;
+      if (map.loadFromFile(path)) step();
+    };
+    const TrialRun trial = tryInChild(tryReading, shouldStop);
+    if (trial.stopped) return;
+    if (trial.steps == 0 || !map_.loadFromFile(path))
+      throw std::runtime_error(path + ": not a simple map, cut short or damaged");
     for (size_t i = 0; i < map_.size(); ++i)
     {
       const auto pair = map_.getAsPair(i);
@@ -232,7 +236,7 @@ std::vector<std::unique_ptr<ScanSource>> openInputs(const InputOptions& options)
     if (kinds[i] == InputKind::Rawlog)
       sources.push_back(openRawlogSource(path, track, options));
     else if (kinds[i] == InputKind::SimpleMap)
-      sources.push_back(std::make_unique<SimpleMapSource>(path));
+      sources.push_back(std::make_unique<SimpleMapSource>(path, options.shouldStop));
     else if (kinds[i] == InputKind::Graph)
       sources.push_back(std::make_unique<GraphSource>(path));
     else

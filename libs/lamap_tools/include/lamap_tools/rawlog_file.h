@@ -3,6 +3,7 @@
 #include <mrpt/serialization/CSerializable.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,8 +20,20 @@ namespace lamap::tools
 class RawlogFile
 {
  public:
+  /// How far a log can be read without harm, and why not farther.
+  struct Limit
+  {
+    uint64_t objects = 0;
+    std::string damage;
+  };
+
+  /** MRPT may crash on damaged entries, so the log is first read to its end in a child process.
+   * @return nothing if all is well, or cut short in an orderly way */
+  [[nodiscard]] static std::optional<Limit> findLimit(const std::string& path,
+                                                      const std::function<bool()>& shouldStop);
+
   /// @throws std::runtime_error naming the file if it cannot be opened or its beginning is not a rawlog's.
-  explicit RawlogFile(const std::string& path);
+  explicit RawlogFile(const std::string& path, std::optional<Limit> limit = std::nullopt);
   ~RawlogFile();
   RawlogFile(const RawlogFile&) = delete;
   RawlogFile& operator=(const RawlogFile&) = delete;
@@ -36,6 +49,7 @@ class RawlogFile
 
   class Stream;
   std::string path_;
+  std::optional<Limit> limit_;
   std::unique_ptr<Stream> stream_;
   size_t memoryLimit_ = 0;
   uint64_t entries_ = 0;

@@ -1,0 +1,209 @@
+// The real program: exit codes, signals, what stands on which stream.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
+
+#include "support/small_logs.h"
+#include "support/temporary_folder.h"
+
+namespace
+{
+using namespace lamap::test;
+
+struct Outcome
+{
+  int exitCode = -1;
+  int signal = 0;
+  std::string out;
+  std::string err;
+};
+
+class Program
+{
+ public:
+  Program(const TemporaryFolder& folder, std::vector<std::string> arguments) : folder_(folder)
+  {
+    arguments.insert(arguments.begin(), LAMAP_PROGRAM);
+    std::vector<char*> raw;
+    for (std::string& argument : arguments) raw.push_back(argument.data());
+    raw.push_back(nullptr);
+    process_ = fork();
+    if (process_ != 0) return;
+    redirect(folder / "stdout", STDOUT_FILENO);
+    redirect(folder / "stderr", STDERR_FILENO);
+    execv(LAMAP_PROGRAM, raw.data());
+    _exit(99);
+  }
+
+  [[nodiscard]] pid_t process() const { return process_; }
+
+  Outcome wait() const
+  {
+    int status = 0;
+    waitpid(process_, &status, 0);
+    Outcome outcome;
+    if (WIFEXITED(status)) outcome.exitCode = WEXITSTATUS(status);
+    if (WIFSIGNALED(status)) outcome.signal = WTERMSIG(status);
+    outcome.out = fileContent(folder_ / "stdout");
+    outcome.err = fileContent(folder_ / "stderr");
+    return outcome;
+  }
+
+ private:
+  static void redirect(const std::string& path, int descriptor)
+  {
+    const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    dup2(file, descriptor);
+  }
+
+  const TemporaryFolder& folder_;
+  pid_t process_ = 0;
+};
+
+class BuildProgram : public testing::Test
+{
+ protected:
+  Outcome run(const std::vector<std::string>& arguments) const { return Program(streams_, arguments).wait(); }
+
+  std::string smallLog(int scans = 3) const
+  {
+    Objects objects;
+    for (int i = 0; i < scans; ++i)
+    {
+      objects.push_back(odometry(at(i), 0.01 * i, 0, 0));
+      objects.push_back(laser(at(i), 15));
+    }
+    writeLog(folder_ / "a.rawlog", objects, false);
+    return folder_ / "a.rawlog";
+  }
+
+  TemporaryFolder folder_;
+  TemporaryFolder streams_;
+};
+
+TEST_F(BuildProgram, SavesAMapAndEndsWith0)
+{
+  const Outcome outcome = run({"build", "-i", smallLog(), "-m", "bgkMap", "-o", folder_ / "a.lamap.gz"});
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_NE(outcome.out.find("3 CObservation2DRangeScan"), std::string::npos) << outcome.out;
+  EXPECT_GT(std::filesystem::file_size(folder_ / "a.lamap.gz"), 100U);
+  EXPECT_EQ(
+      run({"build", "-i", folder_ / "a.rawlog", "-m", "bgkMap", "-o", folder_ / "b.lamap.gz", "--threads",
+           "2", "-s", "insertOpts.maxRange=30", "-s", "creationOpts.resolution=0.2", "--json"})
+          .exitCode,
+      0);
+}
+
+TEST_F(BuildProgram, WrongUsageEndsWith2)
+{
+  const std::string log = smallLog();
+  const std::string out = folder_ / "a.lamap.gz";
+  const std::vector<std::vector<std::string>> wrong{
+      {},
+      {"bild"},
+      {"build"},
+      {"build", "--frob"},
+      {"build", "-i", log, "-m", "bgkMap"},
+      {"build", "-i", log, "-o", out},
+      {"build", "-i", log, "-m", "bkgMap", "-o", out},
+      {"build", "-i", log, "-m", "bgkMap", "-o", folder_ / "a.txt"},
+      {"build", "-i", log, "-m", "bgkMap", "-o", out, "-s", "maxRange"},
+      {"build", "-i", log, "-m", "bgkMap", "-o", out, "--threads", "-1"},
+      {"run"},
+      {"run", "--frob", "--", "true"}};
+  for (const auto& arguments : wrong)
+  {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exitCode, 2) << (arguments.empty() ? "" : arguments.back()) << "\n" << outcome.err;
+    EXPECT_NE(outcome.err, "");
+  }
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST_F(BuildProgram, FailuresEndWith1AndWriteNothing)
+{
+  const std::string log = smallLog();
+  const auto expect1 = [&](const std::vector<std::string>& arguments, const std::string& word)
+  {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exitCode, 1) << outcome.err;
+    EXPECT_NE(outcome.err.find(word), std::string::npos) << outcome.err;
+  };
+  const std::string out = folder_ / "a.lamap.gz";
+  expect1({"build", "-i", folder_ / "none.rawlog", "-m", "bgkMap", "-o", out}, "none.rawlog");
+  expect1({"build", "-i", log, "-m", "bgkMap", "-o", folder_ / "none/a.lamap.gz"}, "none");
+  expect1({"build", "-i", folder_.write("text.rawlog", "not a log at all"), "-m", "bgkMap", "-o", out},
+          "text.rawlog");
+  expect1({"build", "-i", folder_.write("empty.rawlog", ""), "-m", "bgkMap", "-o", out},
+          "not one usable scan");
+  expect1({"run", "--", "certainly-no-such-program"}, "certainly-no-such-program");
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST_F(BuildProgram, ACutLogIsSavedAndEndsWith1OrIfAllowedWith0)
+{
+  const std::string whole = fileContent(smallLog(8));
+  const std::string cut = folder_.write("cut.rawlog", whole.substr(0, whole.size() / 2 + 3));
+  const std::vector<std::string> arguments{"build", "-i", cut, "-m", "bgkMap", "-o", folder_ / "a.lamap.gz"};
+  const Outcome outcome = run(arguments);
+  EXPECT_EQ(outcome.exitCode, 1);
+  EXPECT_NE(outcome.err.find("cut short"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.out.find("entry 9"), std::string::npos) << outcome.out;
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "a.lamap.gz"));
+  auto allowed = arguments;
+  allowed.emplace_back("--allow-truncated");
+  EXPECT_EQ(run(allowed).exitCode, 0);
+}
+
+// Stopped in the middle of a long log: the map so far is whole, and going on with it works.
+TEST_F(BuildProgram, SignalsSaveTheMapSoFarAndEndWith130)
+{
+  const std::string log = smallLog(20000);
+  for (const int signal : {SIGINT, SIGTERM})
+  {
+    const std::string out = folder_ / ("stopped" + std::to_string(signal) + ".lamap.gz");
+    const Program program(
+        streams_, {"build", "-i", log, "-m", "bgkMap", "-o", out, "-s", "creationOpts.resolution=0.02"});
+    std::this_thread::sleep_for(std::chrono::seconds(3));
+    kill(program.process(), signal);
+    const Outcome outcome = program.wait();
+    ASSERT_EQ(outcome.exitCode, 130) << outcome.out << outcome.err;
+    EXPECT_NE(outcome.err.find("stopped by the user"), std::string::npos) << outcome.err;
+    if (outcome.err.find("saved to") == std::string::npos) GTEST_SKIP() << "stopped before the first scan";
+    EXPECT_EQ(run({"build", "-i", smallLog(2), "--onto", out, "-o", out}).exitCode, 0);
+    (void)smallLog(20000);
+  }
+  // Logs of all three sizes have one name; two maps; nothing temporary.
+  EXPECT_EQ(folder_.size(), 3U);
+}
+
+TEST_F(BuildProgram, RunPassesArgumentsEnvironmentAndExitCodeOn)
+{
+  const Outcome outcome =
+      run({"run", "--", "sh", "-c", "echo \"$LD_PRELOAD|$1|$2\"; exit 7", "sh", "--", "-m"});
+  EXPECT_EQ(outcome.exitCode, 7);
+  EXPECT_NE(outcome.out.find("libmrpt-lamap.so"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("|--|-m\n"), std::string::npos) << outcome.out;
+  EXPECT_EQ(run({"run", "sh", "-c", "exit 8"}).exitCode, 8) << "without -- too";
+  EXPECT_EQ(run({"run", "sh", "-c", "kill -9 $$"}).signal, SIGKILL);
+}
+
+TEST_F(BuildProgram, RunRefusesAConfigurationThatTheProgramWouldIgnore)
+{
+  const std::string bad = folder_.write("bad.ini", "[App]\nbkgMap_count=1\n");
+  const Outcome outcome = run({"run", "--", "touch", bad, folder_ / "started"});
+  EXPECT_EQ(outcome.exitCode, 1);
+  EXPECT_NE(outcome.err.find("bgkMap_count"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "started"));
+  EXPECT_EQ(run({"run", "--no-check", "--", "touch", bad, folder_ / "started"}).exitCode, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "started"));
+  const std::string good = folder_.write("good.ini", "[App]\nbgkMap_count=1\n");
+  EXPECT_EQ(run({"run", "--", "true", good}).exitCode, 0);
+}
+}  // namespace

@@ -1,0 +1,129 @@
+// Stock programs that fill our map while they run.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "map_checks.h"
+#include "program.h"
+
+namespace
+{
+using namespace lamap::test;
+namespace fs = std::filesystem;
+
+const std::string kSena = "2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog";
+const std::string kOffice = "localization_demo.simplemap.gz";
+constexpr size_t kPartOfSena = 160;  // 80 scans
+
+void expectNoComplaints(const std::string& output)
+{
+  for (const std::string word : {"rror", "xception", "MRPT_ERR", "what()"})
+    EXPECT_EQ(output.find(word), std::string::npos) << output;
+}
+
+TEST(IcpSlam, FillsAndSavesTheMapBesideItsOwn)
+{
+  SKIP_WITHOUT_PROGRAM("icp-slam");
+  SKIP_WITHOUT_DATASET(kSena);
+  const fs::path folder = freshFolder();
+  cutLog(*dataset(kSena), kPartOfSena, folder / "part.rawlog");
+  const Outcome outcome =
+      run(withPlugin({"icp-slam", configFile("icp-slam_bgk.ini"), "part.rawlog"}), folder);
+  ASSERT_TRUE(outcome.succeeded()) << outcome.output;
+  expectNoComplaints(outcome.output);
+  const fs::path logs = folder / "LOG_ICP-SLAM";
+  const SavedMap map = loadSavedMap(logs / "_finalmaps_.txt_lamap__CBGKMap_00.lamap.gz");
+  EXPECT_EQ(map.className, "lamap::CBGKMap");
+  expectSameWalls(map, readPoints(logs / "_finalmaps_.txt_mrpt__maps__CSimplePointsMap_01.txt"));
+  EXPECT_GT(fs::file_size(logs / "_finalmaps_.txt_lamap__CBGKMap_00.3Dscene"), 1000u);
+  EXPECT_GT(fs::file_size(logs / "_finalmaps_.txt_lamap__CBGKMap_00.ply"), 1000u);
+}
+
+// By itself icp-slam ignores both in silence.
+TEST(IcpSlam, DoesNotStartWithAMistypedCountOrKey)
+{
+  SKIP_WITHOUT_PROGRAM("icp-slam");
+  const fs::path folder = freshFolder();
+  const std::string right = readFile(configFile("icp-slam_bgk.ini"));
+  const std::vector<std::pair<std::string, std::string>> mistakes{
+      {"bgkMap_count", "bkgMap_count"}, {"maxRange", "maxRnage"}, {"00_insertOpts", "00_insertOptions"}};
+  for (const auto& [correct, mistyped] : mistakes)
+  {
+    std::string wrong = right;
+    wrong.replace(wrong.rfind(correct), correct.size(), mistyped);
+    writeFile(folder / "wrong.ini", wrong);
+    const Outcome outcome = run(withPlugin({"icp-slam", "wrong.ini", "any.rawlog"}), folder);
+    EXPECT_TRUE(outcome.exitCode == 1 || outcome.exitCode == 2) << outcome.output;
+    EXPECT_NE(outcome.output.find(mistyped), std::string::npos) << outcome.output;
+    EXPECT_NE(outcome.output.find(correct), std::string::npos) << outcome.output;
+    EXPECT_NE(outcome.output.find("wrong.ini"), std::string::npos) << outcome.output;
+    EXPECT_EQ(outcome.output.find("Part of the MRPT"), std::string::npos) << "icp-slam has started";
+  }
+}
+
+TEST(RbpfSlam, WeighsParticlesByOurMapAlone)
+{
+  SKIP_WITHOUT_PROGRAM("rbpf-slam");
+  SKIP_WITHOUT_PROGRAM("icp-slam");
+  SKIP_WITHOUT_DATASET(kSena);
+  const fs::path folder = freshFolder();
+  cutLog(*dataset(kSena), kPartOfSena, folder / "part.rawlog");
+  std::string config = readFile(configFile("rbpf-slam_bgk.ini"));
+  const std::string section = "[MappingApplication]\n";
+  config.insert(config.find(section) + section.size(), "RANDOM_SEED = 1\n");
+  writeFile(folder / "seeded.ini", config);
+  const Outcome outcome = run(withPlugin({"rbpf-slam", "seeded.ini", "part.rawlog"}), folder);
+  ASSERT_TRUE(outcome.succeeded()) << outcome.output;
+  expectNoComplaints(outcome.output);
+  const fs::path logs = folder / "LOG_RBPF-SLAM";
+  const SavedMap map = loadSavedMap(logs / "finalMap_lamap__CBGKMap_00.lamap.gz");
+
+  // The same log by icp-slam's own points map.
+  const Outcome icp = run({"icp-slam", configFile("icp-slam_bgk.ini"), "part.rawlog"}, folder);
+  ASSERT_TRUE(icp.succeeded()) << icp.output;
+  const auto points = readPoints(folder / "LOG_ICP-SLAM/_finalmaps_.txt_mrpt__maps__CSimplePointsMap_00.txt");
+  EXPECT_GT(map.occupied.size(), 100u);
+  EXPECT_GT(map.free, map.occupied.size());
+  EXPECT_GE(shareNear(map.occupied, points, 0.4), 0.55);  // two ways of SLAM: they do not drift alike
+}
+
+TEST(ObservationsToMap, MakesOurMapFromASimpleMap)
+{
+  SKIP_WITHOUT_PROGRAM("observations2map");
+  SKIP_WITHOUT_DATASET(kOffice);
+  const fs::path folder = freshFolder();
+  const Outcome outcome = run(withPlugin({"observations2map", configFile("observations2map_bgk.ini"),
+                                          *dataset(kOffice), "out", "-s", "MetricMap"}),
+                              folder);
+  ASSERT_TRUE(outcome.succeeded()) << outcome.output;
+  expectNoComplaints(outcome.output);
+  expectSameWalls(loadSavedMap(folder / "out_lamap__CBGKMap_00.lamap.gz"),
+                  readPoints(folder / "out_mrpt__maps__CSimplePointsMap_01.txt"));
+}
+
+TEST(PfLocalization, FindsTheRobotWithOurMapAlone)
+{
+  SKIP_WITHOUT_PROGRAM("pf-localization");
+  SKIP_WITHOUT_DATASET(kOffice);
+  const fs::path folder = freshFolder();
+  // A run may end beside the robot: one of two must not. localize_often.sh counts.
+  constexpr double kGoal_m = 0.3;
+  Point end;
+  for (int attempt = 0; attempt < 2; ++attempt)
+  {
+    const Outcome outcome = run(withPlugin({"pf-localization", configFile("pf-localization_bgk.ini"),
+                                            *dataset("localization_demo.rawlog")}),
+                                folder);
+    ASSERT_TRUE(outcome.succeeded()) << outcome.output;
+    expectNoComplaints(outcome.output);
+    const std::string mark = "PDF estimation: (";
+    const size_t last = outcome.output.rfind(mark);
+    ASSERT_NE(last, std::string::npos) << outcome.output;
+    ASSERT_EQ(std::sscanf(outcome.output.c_str() + last + mark.size(), "%lf,%lf", &end.x, &end.y), 2);
+    if (std::hypot(end.x - 15.9, end.y + 10.0) < kGoal_m) return;
+  }
+  FAIL() << "the last run ended at (" << end.x << ", " << end.y << "), not near (15.9, -10.0)";
+}
+
+}  // namespace

@@ -1,0 +1,207 @@
+// Stock programs with windows, on a display in memory. Each test leaves its screenshots in its folder.
+#include <gtest/gtest.h>
+
+#include <iterator>
+#include <regex>
+#include <sstream>
+#include <thread>
+
+#include "display.h"
+#include "map_checks.h"
+#include "program.h"
+
+namespace
+{
+using namespace lamap::test;
+namespace fs = std::filesystem;
+
+const std::string kSena = "2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog";
+const std::string kOffice = "localization_demo.simplemap.gz";
+constexpr std::chrono::seconds kPatience(60);
+
+/// Lines of an .ini file that are no comments.
+std::string withoutComments(const std::string& ini)
+{
+  std::string kept;
+  std::istringstream lines(ini);
+  for (std::string line; std::getline(lines, line);)
+    if (!line.empty() && line.front() != '#') kept += line + "\n";
+  return kept;
+}
+
+void buildOfficeMap(const fs::path& folder)
+{
+  const Outcome built = run({lamapTool(), "build", "-i", *dataset(kOffice), "-c", configFile("build_bgk.ini"),
+                             "-o", "map.lamap.gz"},
+                            folder);
+  ASSERT_TRUE(built.succeeded()) << built.output;
+}
+
+TEST(MapPartition, MatchesScansByOurMap)
+{
+  SKIP_WITHOUT_PROGRAM("map-partition");
+  SKIP_WITHOUT_DATASET(kOffice);
+  SKIP_WITHOUT_DISPLAY();
+  const fs::path folder = freshFolder();
+  const Display display(folder);  // it shows its matrices
+  fs::copy_file(configFile("map-partition_bgk.ini"), folder / "MAP-PARTITION_CONFIG.ini");
+  const Outcome outcome = run(withPlugin({"map-partition", *dataset(kOffice)}), folder,
+                              std::chrono::seconds(180), display.environment());
+  ASSERT_TRUE(outcome.succeeded()) << outcome.output;
+  // Options of ours, as the program prints what it has read.
+  for (const std::string option : {"freeSpace *= *none", "maxRange *= *20 ", "planar *= *true"})
+    EXPECT_TRUE(std::regex_search(outcome.output, std::regex(option))) << option << "\n" << outcome.output;
+
+  const fs::path results = folder / "MAP-PARTITION_RESULTS";
+  EXPECT_TRUE(fs::exists(results / "out_part#000.simplemap"));
+  EXPECT_TRUE(fs::exists(results / "out_part#001.simplemap")) << "one part only\n" << outcome.output;
+  // How well scan i matches scan j: its neighbour better than one from another room.
+  std::istringstream matrix(readFile(results / "matrix_A.txt"));
+  std::vector<std::vector<double>> match;
+  for (std::string line; std::getline(matrix, line);)
+  {
+    std::istringstream row(line);
+    match.emplace_back(std::istream_iterator<double>(row), std::istream_iterator<double>());
+  }
+  ASSERT_EQ(match.size(), 72u);
+  double near = 0, far = 0;
+  for (size_t i = 0; i + 1 < match.size(); ++i)
+  {
+    ASSERT_EQ(match[i].size(), 72u);
+    near += match[i][i + 1];
+    far += match[i][(i + 36) % 72];
+  }
+  EXPECT_GT(near, 30);
+  EXPECT_LT(far, near / 2);
+}
+
+TEST(SceneViewer, ShowsOurScenesWithoutThePlugin)
+{
+  SKIP_WITHOUT_PROGRAM("SceneViewer3D");
+  SKIP_WITHOUT_DATASET(kOffice);
+  SKIP_WITHOUT_DISPLAY();
+  const fs::path folder = freshFolder();
+  buildOfficeMap(folder);
+  const Outcome exported = run({lamapTool(), "export", "map.lamap.gz", "-o", "map.3Dscene"}, folder);
+  ASSERT_TRUE(exported.succeeded()) << exported.output;
+
+  const Display display(folder);
+  Program viewer({"SceneViewer3D", "map.3Dscene"}, folder, display.environment());
+  display.focus("3Dscene");
+  display.resize("3Dscene", 1200, 850);
+  // Cubes, in a colour that nothing else in the window has.
+  Display::Picture picture;
+  EXPECT_TRUE(becomes(
+      [&]
+      {
+        picture = display.screenshot(folder / "scene_viewer.png");
+        return picture.coloured > 0.005;
+      },
+      kPatience))
+      << picture.coloured << " coloured, " << picture.green << " green";
+  EXPECT_TRUE(viewer.isRunning());
+  const std::string printed = viewer.output();
+  EXPECT_EQ(printed.find("xception"), std::string::npos) << printed;
+}
+
+/// RawLogViewer with the plug-in and a log, its window large and its tip of the day closed.
+class RawLogViewer
+{
+ public:
+  RawLogViewer(const Display& display, const fs::path& folder, const std::string& log)
+      : program_({"RawLogViewer", "-l", pluginFile(), log}, folder, display.environment())
+  {
+    display.focus("Tip of the Day");
+    display.press({"Escape"});
+    display.focus("RawlogViewer - Part");
+    display.resize("RawlogViewer - Part", 1270, 880);
+  }
+
+  Program& program() { return program_; }
+
+ private:
+  Program program_;
+};
+
+TEST(RawLogViewer, MakesOurMapInItsRawMapDialog)
+{
+  SKIP_WITHOUT_PROGRAM("RawLogViewer");
+  SKIP_WITHOUT_DATASET(kSena);
+  SKIP_WITHOUT_DISPLAY();
+  const fs::path folder = freshFolder();
+  cutLog(*dataset(kSena), 60, folder / "part.rawlog");
+  const Display display(folder);
+  RawLogViewer viewer(display, folder, "part.rawlog");
+  display.press(
+      {"F10", "Right", "Right", "Right", "Down", "Return"});  // Tools, Open paths and map generation module
+
+  // From the box with the text of the configuration backwards to a button, the nearest one being Close.
+  const std::string dialog = "raw map";
+  const auto pressButton = [&](int fromClose)
+  {
+    display.focus(dialog);
+    display.click(dialog, 0.85, 0.3);
+    display.press({"ctrl+shift+Tab"});
+    for (int i = 0; i < fromClose; ++i) display.press({"shift+Tab"});
+    display.press({"space"});
+  };
+  display.focus(dialog);
+  display.click(dialog, 0.85, 0.3);
+  display.press({"ctrl+a"});
+  display.type(withoutComments(readFile(configFile("rawlogviewer_bgk.ini"))));
+  constexpr int kMapFromOdometry = 3;  // as long as the buttons of the result are grey
+  pressButton(kMapFromOdometry);
+
+  constexpr int kSaveMapAsText = 5;
+  const fs::path saved = folder / "raw_lamap__CBGKMap_00.lamap.gz";
+  EXPECT_TRUE(becomes(
+      [&]
+      {
+        pressButton(kSaveMapAsText);
+        return display.hasWindow("Save as text");
+      },
+      kPatience));
+  display.focus("Save as text");
+  display.press({"ctrl+a"});
+  display.type((folder / "raw").string() + "\n");
+  // Ours comes first, each file at once; then the points grow.
+  const fs::path savedPoints = folder / "raw_mrpt__maps__CSimplePointsMap_01.txt";
+  ASSERT_TRUE(becomes([&] { return fs::exists(savedPoints); }, kPatience)) << viewer.program().output();
+  display.focus(dialog);  // which it can have again when all is saved
+  expectSameWalls(loadSavedMap(saved), readPoints(savedPoints));
+
+  constexpr int kPreview = 1;
+  pressButton(kPreview);
+  display.focus("3D preview");
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  const Display::Picture picture = display.screenshot(folder / "raw_map.png");
+  EXPECT_GT(picture.green, 0.0002) << "no cubes";
+  EXPECT_TRUE(viewer.program().isRunning()) << viewer.program().output();
+}
+
+TEST(RawLogViewer, ShowsAMapThatALogHolds)
+{
+  SKIP_WITHOUT_PROGRAM("RawLogViewer");
+  SKIP_WITHOUT_DATASET(kOffice);
+  SKIP_WITHOUT_DISPLAY();
+  const fs::path folder = freshFolder();
+  buildOfficeMap(folder);
+  writeLogWithMap(folder / "map.lamap.gz", folder / "with_map.rawlog");
+  const Display display(folder);
+  RawLogViewer viewer(display, folder, "with_map.rawlog");
+  // In the tree: from a row near the top to the log itself, its first entry, and the map.
+  display.click("RawlogViewer - Part", 0.08, 0.12);
+  display.press({"Up", "Up", "Up", "Down", "Down"});
+  Display::Picture picture;
+  EXPECT_TRUE(becomes(
+      [&]
+      {
+        picture = display.screenshot(folder / "map_in_log.png");
+        return picture.green > 0.0005;
+      },
+      std::chrono::seconds(20)))
+      << picture.coloured << " coloured, " << picture.green << " green";
+  EXPECT_TRUE(viewer.program().isRunning()) << viewer.program().output();
+}
+
+}  // namespace
