@@ -97,7 +97,11 @@ class VoxelView
   {
     const Eigen::Vector3f centre = cellCentre(cell, map_.resolution()).cast<float>();
     const float place = scale_(coloured(map_.renderingOptions.colourBy, cell, estimate));
-    mrpt::img::TColor colour = mrpt::img::colormap(mrpt::img::cmJET, std::clamp(place, 0.0f, 1.0f));
+    // Without the dark ends of the map of colours, which lighting makes black.
+    constexpr float kBlue = 0.125f;
+    constexpr float kRed = 0.875f;
+    mrpt::img::TColor colour =
+        mrpt::img::colormap(mrpt::img::cmJET, kBlue + (kRed - kBlue) * std::clamp(place, 0.0f, 1.0f));
     colour.A = static_cast<uint8_t>(255 * opacity);
     voxels_.push_back_Voxel(set, {{centre.x(), centre.y(), centre.z()}, map_.resolution(), colour});
   }
