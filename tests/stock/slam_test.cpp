@@ -62,6 +62,20 @@ TEST(IcpSlam, DoesNotStartWithAMistypedCountOrKey)
   }
 }
 
+// It reads a file that is not among its arguments.
+TEST(MapPartition, DoesNotStartWithAMistypedCount)
+{
+  SKIP_WITHOUT_PROGRAM("map-partition");
+  const fs::path folder = freshFolder();
+  std::string wrong = readFile(configFile("map-partition_bgk.ini"));
+  wrong.replace(wrong.rfind("bgkMap_count"), 3, "bkg");
+  writeFile(folder / "MAP-PARTITION_CONFIG.ini", wrong);
+  const Outcome outcome = run(withPlugin({"map-partition", "any.simplemap"}), folder);
+  EXPECT_EQ(outcome.exitCode, 1);
+  EXPECT_NE(outcome.output.find("bkgMap_count"), std::string::npos) << outcome.output;
+  EXPECT_EQ(outcome.output.find("Part of the MRPT"), std::string::npos) << "map-partition has started";
+}
+
 TEST(RbpfSlam, WeighsParticlesByOurMapAlone)
 {
   SKIP_WITHOUT_PROGRAM("rbpf-slam");

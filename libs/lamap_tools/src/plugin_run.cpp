@@ -17,6 +17,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 
 namespace lamap::tools
@@ -176,6 +177,20 @@ bool isIniFile(const std::string& argument)
 }
 }  // namespace
 
+namespace
+{
+/// The .ini files among the arguments; map-partition reads one that is not, in the folder where it runs.
+std::vector<std::string> configsOf(const std::vector<std::string>& command)
+{
+  std::vector<std::string> configs;
+  std::copy_if(command.begin() + 1, command.end(), std::back_inserter(configs), isIniFile);
+  const std::string ofMapPartition = "MAP-PARTITION_CONFIG.ini";
+  if (std::filesystem::path(command.front()).filename() == "map-partition" && isIniFile(ofMapPartition))
+    configs.push_back(ofMapPartition);
+  return configs;
+}
+}  // namespace
+
 void checkStockConfig(const std::string& path)
 {
   if (!std::ifstream(path)) throw std::runtime_error(path + ": cannot be read");
@@ -214,8 +229,7 @@ void runWithPlugin(const std::vector<std::string>& command, bool check)
 {
   if (command.empty()) throw std::runtime_error("no program to run");
   if (check)
-    for (size_t i = 1; i < command.size(); ++i)
-      if (isIniFile(command[i])) checkStockConfig(command[i]);
+    for (const std::string& config : configsOf(command)) checkStockConfig(config);
 
   const char* others = std::getenv("LD_PRELOAD");
   const std::string preload = pluginPath() + (others && *others ? ":" + std::string(others) : "");

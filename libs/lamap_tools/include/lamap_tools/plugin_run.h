@@ -19,7 +19,8 @@ void checkStockConfig(const std::string& path);
 [[nodiscard]] std::string pluginPath();
 
 /** Replaces this process by a program that has the plug-in loaded (before what LD_PRELOAD names already).
- * @param command  the program, looked up in PATH, and its arguments; each that ends in .ini is checked first
+ * @param command  the program, looked up in PATH, and its arguments; each that ends in .ini is checked first,
+ *                 and MAP-PARTITION_CONFIG.ini before map-partition, which reads it from where it runs
  * @param check    whether to check
  * @throws std::runtime_error if a check fails or the program cannot be started; else it does not return */
 [[noreturn]] void runWithPlugin(const std::vector<std::string>& command, bool check);
