@@ -1,6 +1,7 @@
 #pragma once
 
 #include <lamap_core/bgk_options.h>
+#include <lamap_core/cell.h>
 #include <lamap_mrpt/lazy.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 
