@@ -303,6 +303,16 @@ TEST(ExportOctomap, RefusesCellsBeyondItsKeysNamingTheExtent)
   }
 }
 
+// A whole tree in one leaf: right by its format, but nobody can wait for 2^48 cells.
+TEST(ReadOctomap, RefusesToExpandWithoutEnd)
+{
+  const TemporaryFolder folder;
+  const std::string header = "# Octomap OcTree file\nid OcTree\nsize 1\nres 0.1\ndata\n";
+  const std::string path = folder.write("one.ot", header + std::string(5, '\0'));
+  EXPECT_TRUE(contains(messageOf([&] { (void)readCellTable(path); }), "2.81e+14 finest cells"));
+  EXPECT_TRUE(openCellMap(path)->estimateAt({1, 2, 3})) << "a point can be asked for";
+}
+
 TEST(ReadOctomap, RefusesDamagedFilesByName)
 {
   const TemporaryFolder folder;

@@ -9,6 +9,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <iomanip>
+#include <sstream>
 #include <stdexcept>
 
 namespace lamap::tools
@@ -61,6 +63,11 @@ class MrptOctoCells : public CellMap
   {
     const auto leaves = leavesAsVoxels();
     const double r = resolution();
+    double cells = 0;
+    for (size_t set = 0; set < leaves->getVoxelSetCount(); ++set)
+      for (size_t i = 0; i < leaves->getVoxelCount(set); ++i)
+        cells += std::pow(std::round(leaves->getVoxel(set, i).side_length / r), 3);
+    requireCountOfCells(cells);
     for (size_t set = 0; set < leaves->getVoxelSetCount(); ++set)
     {
       for (size_t i = 0; i < leaves->getVoxelCount(set); ++i)
@@ -199,6 +206,16 @@ std::unique_ptr<CellMap> openCellMap(const std::string& path)
                              ", which has no cells; expected one of this library's maps, COctoMap, "
                              "CColouredOctoMap, COccupancyGridMap2D, or a .ot or .bt file");
   return std::move(opened.cells);
+}
+
+void requireCountOfCells(double cells)
+{
+  constexpr double kMostCells = 8589934592.0;
+  if (cells <= kMostCells) return;
+  std::ostringstream why;
+  why << "the octree's leaves stand for " << std::setprecision(3) << cells
+      << " finest cells, more than 2^33 can be read one by one";
+  throw std::runtime_error(why.str());
 }
 
 const char* stateName(CellState state)

@@ -53,6 +53,7 @@ class OctomapCells : public CellMap
 
   void visitCells(const CellVisitor& visitor) const override
   {
+    requireExpandable();
     for (auto leaf = tree_->begin_leafs(), end = tree_->end_leafs(); leaf != end; ++leaf)
     {
       const int edge = 1 << (tree_->getTreeDepth() - leaf.getDepth());
@@ -67,6 +68,15 @@ class OctomapCells : public CellMap
   }
 
  private:
+  /// A tree of one node may stand for 2^48 cells.
+  void requireExpandable() const
+  {
+    double cells = 0;
+    for (auto leaf = tree_->begin_leafs(), end = tree_->end_leafs(); leaf != end; ++leaf)
+      cells += std::exp2(3.0 * (tree_->getTreeDepth() - leaf.getDepth()));
+    requireCountOfCells(cells);
+  }
+
   template <class Node>
   CellEstimate estimateOf(const Node& node) const
   {

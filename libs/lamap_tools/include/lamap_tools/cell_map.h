@@ -57,6 +57,10 @@ struct OpenedMap
  * cells never observed are left out); nullptr for any other class. Keeps the map alive. */
 [[nodiscard]] std::unique_ptr<CellMap> cellsOf(const mrpt::maps::CMetricMap::Ptr& map);
 
+/** Refuses to expand the leaves of an octree into more finest cells than any machine holds.
+ * @throws std::runtime_error naming the count if it is above 2^33. */
+void requireCountOfCells(double cells);
+
 /// "free", "occupied" or "unknown".
 [[nodiscard]] const char* stateName(CellState state);
 
