@@ -24,7 +24,8 @@ class Random
   /// In [low, high].
   int integer(int low, int high)
   {
-    return low + static_cast<int>(engine_() % static_cast<uint64_t>(high - low + 1));
+    const auto count = static_cast<uint64_t>(int64_t{high} - low) + 1;
+    return static_cast<int>(low + static_cast<int64_t>(engine_() % count));
   }
   bool chance(double prob) { return uniform(0, 1) < prob; }
   uint64_t bits() { return engine_(); }
