@@ -13,9 +13,10 @@ namespace lamap::tools
 /** Reads the entries of a rawlog one after the other: plain or gzip-compressed, as a sequence of objects
  * (actions and sensory frames, or observations, in any mixture) or as a whole CRawlog.
  *
- * Memory is bounded by the largest entry. A damaged entry cannot make it take more than 2 GiB plus eight
- * times the file's size. Sets MRPT's folder of externally stored images (`<log>_Images` and what else MRPT
- * looks for) to that of this log.
+ * Memory is bounded by the largest entry. A damaged entry cannot make it take more than 64 times the file's
+ * size and 256 MiB, or eight times that size and 2 GiB, whichever is less. Sets MRPT's folder of externally
+ * stored images
+ * (`<log>_Images` and what else MRPT looks for) to that of this log.
  */
 class RawlogFile
 {
