@@ -22,7 +22,7 @@ void catchSignals()
 {
   struct sigaction action = {};
   action.sa_handler = [](int) { stopRequested = true; };
-  action.sa_flags = SA_RESTART;
+  action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);  // a second one ends the program at once
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }

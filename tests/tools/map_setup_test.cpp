@@ -194,6 +194,20 @@ const std::string kApplication =
     "[App_bgkMap_00_creationOpts]\nresolution=0.1\n[App_bgkMap_00_insertOpts]\nmaxRange=10 ; "
     "metres\n[Other]\nx=1\n";
 
+TEST(ConfigFile, NamesLinesThatAreNoAssignment)
+{
+  const TemporaryFolder folder;
+  const auto with = [&](const std::string& line)
+  {
+    const std::string text =
+        "[map]\nbgkMap_count=1\n[map_bgkMap_00_creationOpts]\n# a comment\n" + line + "\n";
+    return MapRequest{"", folder.write("a.ini", text), {}};
+  };
+  for (const std::string line : {"resolution 0.05", "resolution: 0.05", "garbage"})
+    expectRefusal(with(line), false, {"line 5", line, "map_bgkMap_00_creationOpts"});
+  EXPECT_EQ(refusalOf(with("resolution = 0.05  // [m]")).text, "");
+}
+
 TEST(StockConfig, IsAcceptedIfItAsksForOurMapAndAllOfItIsRead)
 {
   const TemporaryFolder folder;

@@ -6,6 +6,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 
@@ -15,6 +16,15 @@ namespace
 {
 constexpr int kEdge = kScanBlockEdge;
 
+/// A length that is a whole number of cells but for the rounding of the division is that number: cells at
+/// exactly the support shall not depend on how 0.3 / 0.1 rounds.
+double inCells(double length_m, double resolution_m)
+{
+  const double cells = length_m / resolution_m;
+  const double whole = std::round(cells);
+  return whole > 0 && std::abs(cells - whole) < 1e-9 ? whole : cells;
+}
+
 /// Kernels and stencils in cells, for one set of options.
 struct Weights
 {
@@ -22,7 +32,7 @@ struct Weights
       : inference(options),
         resolution(resolution_m),
         planar(isPlanar),
-        kernel(options.kernel, *options.kernelSupport / resolution_m, options.kernelScale),
+        kernel(options.kernel, inCells(*options.kernelSupport, resolution_m), options.kernelScale),
         hitStencil(kernel, 1.0, isPlanar)
   {
     if (options.freeWeight > 0) freeStencil.emplace(kernel, options.freeWeight, isPlanar);

@@ -1,5 +1,8 @@
 #include <lamap_core/scan_blocks.h>
 
+#include <stdexcept>
+#include <string>
+
 namespace lamap
 {
 void ScanBlocks::reset(const BlockIndex& low, const BlockIndex& high)
@@ -25,9 +28,19 @@ void ScanBlocks::reset(const BlockIndex& low, const BlockIndex& high)
 
 int32_t ScanBlocks::findOrAddHashed(const BlockIndex& block)
 {
+  if (blocks_.size() >= kMaxBlocks && numbers_.count(block) == 0) requireRoom();
   const auto [entry, added] = numbers_.emplace(block, static_cast<int32_t>(blocks_.size()));
   if (added) blocks_.push_back(block);
   return entry->second;
+}
+
+void ScanBlocks::requireRoom() const
+{
+  if (blocks_.size() < kMaxBlocks) return;
+  throw std::length_error(
+      "a scan reaches more than " + std::to_string(kMaxBlocks) +
+      " blocks of 8 cells an edge: its rays are too long for cells of this size; set maxRange, or a "
+      "larger resolution");
 }
 
 }  // namespace lamap

@@ -1,5 +1,6 @@
 #include <lamap_mrpt/mrpt_compat.h>
 #include <lamap_mrpt/option_table.h>
+#include <lamap_tools/ini_lines.h>
 #include <lamap_tools/map_setup.h>
 #include <lamap_tools/recorded_config.h>
 #include <lamap_tools/usage_error.h>
@@ -205,6 +206,7 @@ MapDefinition readMapDefinition(const MapRequest& request)
       throw std::runtime_error(request.configPath + ": cannot be read");
     try
     {
+      requireAssignments(request.configPath, [](const std::string&) { return true; });
       file = std::make_unique<mrpt::config::CConfigFile>(request.configPath);
       const MapCounts counts = countsIn(*file);
       // Before the map is chosen: a mistyped [map] is the reason why there is none.

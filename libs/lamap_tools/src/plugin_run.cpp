@@ -1,5 +1,6 @@
 #include <lamap_mrpt/mrpt_compat.h>
 #include <lamap_mrpt/option_table.h>
+#include <lamap_tools/ini_lines.h>
 #include <lamap_tools/map_setup.h>
 #include <lamap_tools/nearest_name.h>
 #include <lamap_tools/plugin_run.h>
@@ -197,6 +198,14 @@ void checkStockConfig(const std::string& path)
   try
   {
     StockConfigCheck(path).run();
+    const std::vector<std::string> ours = ourNames();
+    requireAssignments(path,
+                       [&](const std::string& section)
+                       {
+                         return std::any_of(ours.begin(), ours.end(),
+                                            [&](const std::string& name)
+                                            { return section.find("_" + name + "_") != std::string::npos; });
+                       });
   }
   catch (const std::exception& error)
   {

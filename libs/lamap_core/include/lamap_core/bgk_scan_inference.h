@@ -34,7 +34,8 @@ class BgkScanInference
    *  @param inference resolved and valid
    *  @param layer of a planar map
    *  @param threads ≥ 1
-   *  @throws std::overflow_error if a count would pass 2^63 */
+   *  @throws std::overflow_error if a count would pass 2^63; std::length_error, with nothing changed, if the
+   * scan's rays are too long for cells of this size */
   RayCounts addScan(const Scan& scan, const BgkInference& inference, const BgkStructure& structure,
                     int32_t layer, unsigned threads, const RuleForBlock& ruleFor, BlockGrid& grid);
 

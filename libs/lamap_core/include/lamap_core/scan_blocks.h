@@ -22,6 +22,9 @@ class ScanBlocks
   /// Forgets all blocks; from now on only blocks in [low, high] may be asked for.
   void reset(const BlockIndex& low, const BlockIndex& high);
 
+  /// How many blocks one scan may touch: their masks and sums shall fit a machine's memory.
+  static constexpr size_t kMaxBlocks = size_t{1} << 22;
+
   /// @return the block's number, or −1.
   [[nodiscard]] int32_t find(const BlockIndex& block) const
   {
@@ -34,12 +37,14 @@ class ScanBlocks
     return window_[windowIndex(block)] - 1;
   }
 
+  /// @throws std::length_error if the scan touches more than kMaxBlocks.
   [[nodiscard]] int32_t findOrAdd(const BlockIndex& block)
   {
     if (!dense_) return findOrAddHashed(block);
     int32_t& numberPlusOne = window_[windowIndex(block)];
     if (numberPlusOne == 0)
     {
+      requireRoom();
       blocks_.push_back(block);
       numberPlusOne = static_cast<int32_t>(blocks_.size());
     }
@@ -63,6 +68,7 @@ class ScanBlocks
            static_cast<size_t>(block.x - low_.x);
   }
   int32_t findOrAddHashed(const BlockIndex& block);
+  void requireRoom() const;
 
   BlockIndex low_;
   BlockIndex high_;

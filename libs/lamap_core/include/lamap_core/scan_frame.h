@@ -18,7 +18,7 @@ class ScanFrame
 {
  public:
   /// Cells farther than this from the anchor are outside.
-  static constexpr double kReach_cells = 1 << 20;
+  static constexpr double kReach_cells = 1 << 17;
 
   ScanFrame(double resolution_m, const CellIndex& anchor, bool planar)
       : resolution_m_(resolution_m), anchor_(anchor), planar_(planar)
