@@ -1,10 +1,13 @@
 #include <gtest/gtest.h>
 #include <lamap_core/block_grid.h>
+#include <lamap_core/scan_blocks.h>
 #include <support/grid_words.h>
 #include <support/seeded_scans.h>
 
 #include <algorithm>
 #include <map>
+#include <stdexcept>
+#include <string>
 #include <tuple>
 
 namespace lamap::test
@@ -120,4 +123,45 @@ TEST(BlockGrid, CountsTheBytesOfBlocksAndIndex)
   EXPECT_LE(grid.memoryBytes(), 16u * 16u * 8u + 16384u);
 }
 }  // namespace
+TEST(ScanBlocks, NumberBlocksInTheOrderOfTheirFirstTouch)
+{
+  // A window that is held densely, and one that needs the hash table.
+  for (const int32_t edge : {10, 1000})
+  {
+    ScanBlocks blocks;
+    for (int round = 0; round < 2; ++round)
+    {
+      SCOPED_TRACE(edge);
+      blocks.reset({-edge, -edge, -edge}, {edge, edge, edge});
+      EXPECT_EQ(blocks.find({1, 2, 3}), -1);
+      EXPECT_EQ(blocks.findOrAdd({1, 2, 3}), 0);
+      EXPECT_EQ(blocks.findOrAdd({-edge, edge, 0}), 1);
+      EXPECT_EQ(blocks.findOrAdd({1, 2, 3}), 0);
+      EXPECT_EQ(blocks.find({-edge, edge, 0}), 1);
+      EXPECT_EQ(blocks.find({edge + 1, 0, 0}), -1);
+    }
+  }
+}
+
+TEST(ScanBlocks, RefuseMoreThanAMachineCanHold)
+{
+  constexpr auto kSide = int32_t{1} << 11;
+  ScanBlocks blocks;
+  blocks.reset({0, 0, 0}, {kSide - 1, kSide - 1, 1});  // room for twice as many as are allowed
+  for (int32_t y = 0; y < kSide; ++y)
+  {
+    for (int32_t x = 0; x < kSide; ++x) ASSERT_EQ(blocks.findOrAdd({x, y, 0}), y * kSide + x);
+  }
+  EXPECT_EQ(blocks.findOrAdd({5, 5, 0}), 5 * kSide + 5) << "a block that is known";
+  try
+  {
+    (void)blocks.findOrAdd({0, 0, 1});
+    FAIL() << "one block too many was taken";
+  }
+  catch (const std::length_error& error)
+  {
+    EXPECT_NE(std::string(error.what()).find("maxRange"), std::string::npos) << error.what();
+  }
+}
+
 }  // namespace lamap::test
