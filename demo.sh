@@ -13,14 +13,12 @@ datasets=$(dirname "$(dpkg -L mrpt-common | grep '/datasets/malaga-cs-fac-buildi
 mkdir -p "$out"
 cd "$out"
 
-# pictures_of NAME [OPTION...]: what the map holds, and the map from above and in 3D.
+# pictures_of NAME: what the map holds, and the map from above and in 3D.
 pictures_of()
 {
-  local name=$1
-  shift
-  "$lamap" info "$name.lamap.gz" | sed -n '/^observed cells/,/^extent z/p'
-  "$lamap" render "$name.lamap.gz" -o "${name}_above.png" "$@"
-  "$lamap" render "$name.lamap.gz" --view 3d --show-free -o "${name}_3d.png" "$@"
+  "$lamap" info "$1.lamap.gz" | sed -n '/^observed cells/,/^extent z/p'
+  "$lamap" render "$1.lamap.gz" -o "$1_above.png"
+  "$lamap" render "$1.lamap.gz" --view 3d --show-free -o "$1_3d.png"
 }
 
 # build_from_simplemap NAME [OPTION...]: from MRPT's observations with poses. A 2D laser sees a plane: one layer of
@@ -44,7 +42,7 @@ say "SENA: a log of laser and odometry, by MRPT's own icp-slam with the plug-in 
   "$datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog" > icp-slam.log 2>&1 ||
   { tail -n 30 icp-slam.log >&2; fail "icp-slam failed; all that it printed is in $out/icp-slam.log"; }
 mv -f LOG_ICP-SLAM/_finalmaps_.txt_lamap__CBGKMap_00.lamap.gz SENA_icp-slam.lamap.gz
-pictures_of SENA_icp-slam --zoom 2
+pictures_of SENA_icp-slam
 
 say "Done. In $out:"
 for map in malaga-cs-fac-building localization_demo SENA_icp-slam; do
