@@ -68,7 +68,7 @@ void expectPose(const ScanItem& item, const CPose3D& expected)
 {
   const auto* scan = std::get_if<ObservedScan>(&item);
   ASSERT_NE(scan, nullptr);
-  const auto difference =
+  const Eigen::Matrix4d difference =
       scan->robotPose_map.getHomogeneousMatrixVal<mrpt::math::CMatrixDouble44>().asEigen() -
       expected.getHomogeneousMatrixVal<mrpt::math::CMatrixDouble44>().asEigen();
   EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-6)
