@@ -10,6 +10,8 @@
 #include <iostream>
 #include <memory>
 
+#include "legal_values.h"
+
 namespace lamap::app
 {
 namespace
@@ -94,7 +96,8 @@ void addBuild(CLI::App& app, Action& action)
                       "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]");
   command->add_flag("--static", options.inputs.standingStill,
                     "For rawlogs: the robot stood at the origin all the time");
-  command->add_option("--threads", options.threads, "How many threads; 0: as many as the machine has");
+  command->add_option("--threads", options.threads, "How many threads; 0: as many as the machine has")
+      ->check(wholeNumber(0, kMostThreads));
   command->add_flag("--allow-truncated", arguments->allowTruncated, "A log that was cut short is no failure");
   command->add_flag("--json", arguments->json, "The closing report as JSON");
   command->callback([&action, arguments] { action = [arguments] { return build(*arguments); }; });

@@ -6,6 +6,8 @@
 #include <memory>
 #include <string>
 
+#include "legal_values.h"
+
 namespace lamap::app
 {
 namespace
@@ -26,12 +28,11 @@ void describeView(CLI::App& command, Arguments& arguments)
                                                                 {"prob", tools::ColorBy::Prob},
                                                                 {"variance", tools::ColorBy::Variance}};
   tools::RenderOptions& options = arguments.options;
-  command.add_option("--view", options.view, "top, slice or 3d")
-      ->transform(CLI::CheckedTransformer(kViews, CLI::ignore_case).description(""));
+  command.add_option("--view", options.view, "top, slice or 3d")->transform(oneOf(kViews));
   command
       .add_option("--color", options.colorBy,
                   "height, prob or variance; default: prob for slices, else height")
-      ->transform(CLI::CheckedTransformer(kColors, CLI::ignore_case).description(""));
+      ->transform(oneOf(kColors));
   command.add_option("--z", options.z_m, "slice: its height [m]; default: where most cells are occupied");
   command.add_option("--z-min", options.zMin_m, "top, 3d: leave out cells below this height [m]");
   command.add_option("--z-max", options.zMax_m,

@@ -1,10 +1,14 @@
 #include "commands.h"
 
 #include <lamap_mrpt/mrpt_compat.h>
+#include <lamap_mrpt/nearest_name.h>
 #include <lamap_tools/usage_error.h>
 
+#include <algorithm>
 #include <iostream>
 #include <new>
+#include <string>
+#include <vector>
 
 namespace
 {
@@ -12,6 +16,25 @@ int fail(int code, const std::string& what)
 {
   std::cerr << "lamap: " << what << "\n";
   return code;
+}
+
+/// CLI11 would say only that a subcommand is required.
+void requireSubcommand(const CLI::App& app, const std::vector<std::string>& arguments)
+{
+  const std::string name = arguments.empty() ? "" : arguments.front();
+  if (name.rfind('-', 0) == 0) return;
+  std::vector<std::string> names;
+  std::string all;
+  for (const CLI::App* command : app.get_subcommands({}))
+  {
+    names.push_back(command->get_name());
+    all += (all.empty() ? "" : ", ") + names.back();
+  }
+  if (std::find(names.begin(), names.end(), name) != names.end()) return;
+  const std::string wrong =
+      name.empty() ? "which subcommand?"
+                   : "'" + name + "' is no subcommand; did you mean " + lamap::nearestOf(name, names) + "?";
+  throw lamap::tools::UsageError(wrong + " There are: " + all + ". `lamap --help` says what they do");
 }
 }  // namespace
 
@@ -31,6 +54,7 @@ int main(int argc, char** argv)
   addRun(app, action, takeProgram(arguments));
   try
   {
+    requireSubcommand(app, arguments);
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
     return action();
   }

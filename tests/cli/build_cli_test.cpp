@@ -126,6 +126,25 @@ TEST_F(BuildProgram, WrongUsageEndsWith2)
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
+TEST_F(BuildProgram, WrongWordsAreNamedBesideTheRightOnes)
+{
+  const std::string log = smallLog();
+  const auto message = [&](const std::vector<std::string>& arguments) { return run(arguments).err; };
+  EXPECT_NE(message({"bild"}).find("'bild' is no subcommand; did you mean build?"), std::string::npos);
+  EXPECT_NE(message({}).find("There are: build"), std::string::npos);
+  for (const std::string threads : {"-1", "two", "1.5", "1025", "99999999999999999999"})
+    EXPECT_NE(
+        message({"build", "-i", log, "-m", "bgkMap", "-o", folder_ / "a.lamap.gz", "--threads", threads})
+            .find("--threads: '" + threads + "' is not a whole number from 0 to 1024"),
+        std::string::npos)
+        << threads;
+  EXPECT_NE(message({"render", "a.lamap.gz", "-o", "a.png", "--view", "iso"})
+                .find("--view: 'iso' is none of: 3d, slice, top"),
+            std::string::npos);
+  EXPECT_NE(message({"run", "--", "true", folder_ / "none.ini"}).find("none.ini: there is no such file"),
+            std::string::npos);
+}
+
 TEST_F(BuildProgram, FailuresEndWith1AndWriteNothing)
 {
   const std::string log = smallLog();

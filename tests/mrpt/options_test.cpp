@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <lamap_mrpt/CBGKMap.h>
 #include <lamap_mrpt/map_file.h>
+#include <lamap_mrpt/nearest_name.h>
 #include <lamap_mrpt/option_table.h>
 #include <mrpt/config/CConfigFile.h>
 #include <mrpt/config/CConfigFileMemory.h>
@@ -207,6 +208,17 @@ TEST(Options, MrptsOwnKeysStandInCreationOpts)
               "true or false");
   EXPECT_SAYS(complaintOf(options, "[c]\nenableObservationInsertions = true\n", "c"),
               "enableObservationInsertion\"");
+}
+
+TEST(NearestName, CountsSwapsAsOneAndIgnoresCase)
+{
+  EXPECT_EQ(lamap::editDistance("bgkMap", "bkgMap"), 1U);
+  EXPECT_EQ(lamap::editDistance("kitten", "sitting"), 3U);
+  EXPECT_EQ(lamap::editDistance("ABC", "abc"), 0U);
+  EXPECT_EQ(lamap::editDistance("", "abc"), 3U);
+  EXPECT_TRUE(lamap::looksLikeMistyped("bkgMap", "bgkMap"));
+  EXPECT_FALSE(lamap::looksLikeMistyped("bgkMap", "bgkMap"));
+  EXPECT_FALSE(lamap::looksLikeMistyped("beaconMap", "bgkMap"));
 }
 
 TEST(Options, NearestCountsSwapsAndIgnoresCase)

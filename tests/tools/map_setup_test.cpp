@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 #include <lamap_mrpt/CBGKMap.h>
 #include <lamap_tools/map_setup.h>
-#include <lamap_tools/nearest_name.h>
 #include <lamap_tools/plugin_run.h>
 #include <lamap_tools/usage_error.h>
 #include <mrpt/maps/COctoMap.h>
@@ -162,17 +161,6 @@ TEST(ConfigFile, NamesWhatNothingReads)
   expectRefusal({"", folder / "none.ini", {}}, false, {"none.ini", "cannot be read"});
   expectRefusal({"", folder.path(), {}}, false, {"cannot be read"});
   EXPECT_EQ(refusalOf(with(kWhole)).text, "");
-}
-
-TEST(NearestName, CountsSwapsAsOneAndIgnoresCase)
-{
-  EXPECT_EQ(editDistance("bgkMap", "bkgMap"), 1U);
-  EXPECT_EQ(editDistance("kitten", "sitting"), 3U);
-  EXPECT_EQ(editDistance("ABC", "abc"), 0U);
-  EXPECT_EQ(editDistance("", "abc"), 3U);
-  EXPECT_TRUE(looksLikeMistyped("bkgMap", "bgkMap"));
-  EXPECT_FALSE(looksLikeMistyped("bgkMap", "bgkMap"));
-  EXPECT_FALSE(looksLikeMistyped("beaconMap", "bgkMap"));
 }
 
 std::string stockComplaint(const TemporaryFolder& folder, const std::string& text)

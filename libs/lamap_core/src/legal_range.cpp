@@ -1,6 +1,7 @@
 #include <lamap_core/legal_range.h>
 
-#include <sstream>
+#include <array>
+#include <charconv>
 #include <stdexcept>
 
 namespace lamap
@@ -8,10 +9,10 @@ namespace lamap
 void requireLegal(bool condition, const char* name, double value, const std::string& legal)
 {
   if (condition) return;
-  std::ostringstream message;
-  message.precision(17);
-  message << name << " = " << value << ": must be " << legal;
-  throw std::invalid_argument(message.str());
+  std::array<char, 32> shortest{};
+  const auto end = std::to_chars(shortest.data(), shortest.data() + shortest.size(), value);
+  throw std::invalid_argument(std::string(name) + " = " + std::string(shortest.data(), end.ptr) +
+                              ": must be " + legal);
 }
 
 }  // namespace lamap

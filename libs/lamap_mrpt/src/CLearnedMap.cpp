@@ -4,6 +4,7 @@
 #include <lamap_mrpt/cell_walk.h>
 #include <lamap_mrpt/end_point_likelihood.h>
 #include <lamap_mrpt/map_file.h>
+#include <lamap_mrpt/nearest_name.h>
 #include <lamap_mrpt/observation_rays.h>
 #include <lamap_mrpt/occupied_cells.h>
 #include <mrpt/opengl/COpenGLScene.h>
@@ -333,6 +334,8 @@ std::vector<CLearnedMap::Fact> CLearnedMap::commonFacts() const
   const auto add = [&](const std::string& name, size_t count, const std::string& unit) {
     facts.push_back({name, std::to_string(count), unit});
   };
+  if (scansUsed_ == 0 && tallied_.used() == 0 && tallied_.leftOut() == 0 && scansUnreadable_ == 0)
+    return facts;  // a map that was only loaded
   add("scans inserted in this session", scansUsed_, "");
   add("rays with a hit", tallied_.hits, "");
   add("rays as free space only", tallied_.freeOnly, "");

@@ -1,4 +1,5 @@
 #include <lamap_mrpt/map_sections.h>
+#include <lamap_mrpt/nearest_name.h>
 
 #include <algorithm>
 #include <cctype>

@@ -1,5 +1,6 @@
 #include <lamap_mrpt/option_table.h>
 
+#include <lamap_mrpt/nearest_name.h>
 #include <lamap_mrpt/payload.h>
 #include <mrpt/config/CConfigFile.h>
 
@@ -80,6 +81,16 @@ enum class StoredType : uint8_t
 std::string quoted(const std::string& text)
 {
   return '"' + text + '"';
+}
+
+/// A stored text for a message: a damaged file may hold any bytes, and any number of them.
+std::string printable(const std::string& text)
+{
+  constexpr size_t kMost = 60;
+  std::string shown = text.substr(0, kMost);
+  for (char& letter : shown)
+    if (letter < ' ' || letter > '~') letter = '?';
+  return text.size() > kMost ? shown + "..." : shown;
 }
 
 /// What stands before "is not …": insertOpts.maxRange = "30m" in section [x] of file.ini.
@@ -287,7 +298,8 @@ void Option::read(TOptionGroup& group, ByteReader& in) const
                           const std::string name = in.text();
                           const auto found = std::find(choice.names.begin(), choice.names.end(), name);
                           if (found == choice.names.end())
-                            in.fail("option " + key + " is " + quoted(name) + "; legal is " + legalText());
+                            in.fail("option " + key + " is " + quoted(printable(name)) + "; legal is " +
+                                    legalText());
                           choice.set(group, static_cast<int>(found - choice.names.begin()));
                         }},
              access);
@@ -414,7 +426,8 @@ void TOptionGroup::read(ByteReader& in)
   {
     const std::string key = in.text();
     const Option* option = optionTable().find(key);
-    if (!option) in.fail("option " + quoted(key) + " of " + optionTable().name() + " is not known");
+    if (!option)
+      in.fail("option " + quoted(printable(key)) + " of " + optionTable().name() + " is not known");
     option->read(*this, in);
   }
 }
@@ -473,43 +486,6 @@ std::string withoutComment(const std::string& text)
   const size_t first = kept.find_first_not_of(kSpaces);
   if (first == std::string::npos) return {};
   return kept.substr(first, kept.find_last_not_of(kSpaces) - first + 1);
-}
-
-namespace
-{
-/// Edit distance with swaps of neighbours (optimal string alignment), case not counted.
-size_t editDistance(const std::string& a, const std::string& b)
-{
-  std::vector<std::vector<size_t>> cost(a.size() + 1, std::vector<size_t>(b.size() + 1));
-  for (size_t i = 0; i <= a.size(); ++i)
-    for (size_t j = 0; j <= b.size(); ++j)
-    {
-      if (i == 0 || j == 0)
-      {
-        cost[i][j] = i + j;
-        continue;
-      }
-      cost[i][j] = std::min(
-          {cost[i - 1][j] + 1, cost[i][j - 1] + 1, cost[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        cost[i][j] = std::min(cost[i][j], cost[i - 2][j - 2] + 1);
-    }
-  return cost[a.size()][b.size()];
-}
-}  // namespace
-
-std::string nearestOf(const std::string& name, const std::vector<std::string>& candidates)
-{
-  std::string nearest;
-  size_t least = std::numeric_limits<size_t>::max();
-  for (const std::string& candidate : candidates)
-  {
-    const size_t distance = editDistance(lower(name), lower(candidate));
-    if (distance >= least) continue;
-    least = distance;
-    nearest = candidate;
-  }
-  return nearest;
 }
 
 std::string withoutBrackets(std::string message)

@@ -202,7 +202,7 @@ std::unique_ptr<CellMap> openCellMap(const std::string& path)
 {
   OpenedMap opened = openMap(path);
   if (!opened.cells)
-    throw std::runtime_error(path + ": holds a " + opened.map->GetRuntimeClass()->className +
+    throw std::runtime_error(path + ": its map is a " + opened.map->GetRuntimeClass()->className +
                              ", which has no cells; expected one of this library's maps, COctoMap, "
                              "CColouredOctoMap, COccupancyGridMap2D, or a .ot or .bt file");
   return std::move(opened.cells);

@@ -85,7 +85,7 @@ CMetricMap::Ptr savedMap(const BuildOptions& options)
   const CMetricMap::Ptr map = loadMapFile(options.ontoPath);
   const auto learned = std::dynamic_pointer_cast<CLearnedMap>(map);
   if (!learned)
-    throw std::runtime_error(options.ontoPath + ": holds a " + map->GetRuntimeClass()->className +
+    throw std::runtime_error(options.ontoPath + ": its map is a " + map->GetRuntimeClass()->className +
                              "; only maps of this library keep all it takes to go on with them");
   std::string nameInFile = learned->alias();
   if (!options.map.mapName.empty() || !options.map.configPath.empty())
@@ -95,7 +95,8 @@ CMetricMap::Ptr savedMap(const BuildOptions& options)
     const MapDefinition wanted = readMapDefinition(request);
     const std::vector<std::string> names = namesOfSameMap(wanted.name);
     if (std::find(names.begin(), names.end(), learned->alias()) == names.end())
-      throw UsageError(options.ontoPath + " holds a " + learned->alias() + ", not a " + wanted.name);
+      throw UsageError(options.ontoPath + ": its map is the kind " + learned->alias() + ", not " +
+                       wanted.name);
     nameInFile = wanted.name;
   }
   requireSameOptions(*learned, options, nameInFile);
@@ -151,7 +152,11 @@ std::string reasonsOf(const BuildReport& report)
   for (const auto& [what, count] : report.scans.leftOut)
     reasons += "\n  " + std::to_string(count) + " " + what.first + ": " + what.second;
   for (const InputReport& input : report.inputs)
+  {
     for (const std::string& damage : input.damages) reasons += "\n  " + input.path + ": " + damage;
+    if (input.damages.empty() && report.scans.leftOut.empty())
+      reasons += "\n  " + input.path + ": holds no observations";
+  }
   return reasons;
 }
 }  // namespace
@@ -198,7 +203,7 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
 void printReport(const BuildReport& report, std::ostream& out)
 {
   const size_t used = report.scans.usedCount();
-  out << mrpt::format("%zu scans in %.1f s", used, report.seconds);
+  out << mrpt::format("%zu %s in %.1f s", used, used == 1 ? "scan" : "scans", report.seconds);
   if (report.seconds > 0) out << mrpt::format(" (%.1f a second)", static_cast<double>(used) / report.seconds);
   out << "\n";
   for (const auto& [kind, count] : report.scans.used) out << "  used: " << count << " " << kind << "\n";

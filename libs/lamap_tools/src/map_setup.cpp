@@ -1,3 +1,4 @@
+#include <lamap_mrpt/nearest_name.h>
 #include <lamap_mrpt/mrpt_compat.h>
 #include <lamap_mrpt/option_table.h>
 #include <lamap_tools/ini_lines.h>

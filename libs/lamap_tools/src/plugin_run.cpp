@@ -1,8 +1,8 @@
 #include <lamap_mrpt/mrpt_compat.h>
+#include <lamap_mrpt/nearest_name.h>
 #include <lamap_mrpt/option_table.h>
 #include <lamap_tools/ini_lines.h>
 #include <lamap_tools/map_setup.h>
-#include <lamap_tools/nearest_name.h>
 #include <lamap_tools/plugin_run.h>
 #include <lamap_tools/recorded_config.h>
 #include <link.h>
@@ -172,21 +172,19 @@ class StockConfigCheck
   std::vector<std::string> readSections_;
 };
 
-bool isIniFile(const std::string& argument)
+bool namesIniFile(const std::string& argument)
 {
-  return std::filesystem::path(argument).extension() == ".ini" && std::filesystem::is_regular_file(argument);
+  return std::filesystem::path(argument).extension() == ".ini";
 }
-}  // namespace
 
-namespace
-{
 /// The .ini files among the arguments; map-partition reads one that is not, in the folder where it runs.
 std::vector<std::string> configsOf(const std::vector<std::string>& command)
 {
   std::vector<std::string> configs;
-  std::copy_if(command.begin() + 1, command.end(), std::back_inserter(configs), isIniFile);
+  std::copy_if(command.begin() + 1, command.end(), std::back_inserter(configs), namesIniFile);
   const std::string ofMapPartition = "MAP-PARTITION_CONFIG.ini";
-  if (std::filesystem::path(command.front()).filename() == "map-partition" && isIniFile(ofMapPartition))
+  if (std::filesystem::path(command.front()).filename() == "map-partition" &&
+      std::filesystem::is_regular_file(ofMapPartition))
     configs.push_back(ofMapPartition);
   return configs;
 }
@@ -194,7 +192,9 @@ std::vector<std::string> configsOf(const std::vector<std::string>& command)
 
 void checkStockConfig(const std::string& path)
 {
-  if (!std::ifstream(path)) throw std::runtime_error(path + ": cannot be read");
+  if (!std::filesystem::is_regular_file(path) || !std::ifstream(path))
+    throw std::runtime_error(
+        path + ": there is no such file, or it cannot be read; with --no-check the program decides");
   try
   {
     StockConfigCheck(path).run();

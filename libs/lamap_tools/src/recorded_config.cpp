@@ -1,3 +1,4 @@
+#include <lamap_mrpt/nearest_name.h>
 #include <lamap_mrpt/option_table.h>
 #include <lamap_tools/recorded_config.h>
 #include <strings.h>

@@ -1,4 +1,5 @@
 #include <lamap_mrpt/atomic_file.h>
+#include <lamap_tools/file_output.h>
 #include <lamap_tools/render_map.h>
 #include <lamap_tools/usage_error.h>
 
@@ -26,12 +27,12 @@ void requireLegal(const RenderOptions& options)
     refuse("a size of " + std::to_string(options.width) + "x" + std::to_string(options.height) +
            " pixels; expected " + std::to_string(kMinPixels) + " to " + std::to_string(kMaxPixels) + " each");
   if (!(options.zoom >= 1e-3 && options.zoom <= 1e3))
-    refuse("a zoom of " + std::to_string(options.zoom) + "; expected 0.001 to 1000");
+    refuse("a zoom of " + shortest(options.zoom) + "; expected 0.001 to 1000");
   for (const auto& height_m : {options.z_m, options.zMin_m, options.zMax_m})
     if (height_m && !std::isfinite(*height_m)) refuse("a height is not a finite number [m]");
   if (!std::isfinite(options.azimuth_deg)) refuse("the azimuth is not a finite number [deg]");
   if (!(options.elevation_deg >= -90 && options.elevation_deg <= 90))
-    refuse("an elevation of " + std::to_string(options.elevation_deg) + " deg; expected -90 to 90");
+    refuse("an elevation of " + shortest(options.elevation_deg) + " deg; expected -90 to 90");
   if (options.z_m && options.view != View::Slice) refuse("a height z is for the slice view only");
   if ((options.zMin_m || options.zMax_m) && options.view == View::Slice)
     refuse("z-min and z-max are for the top and 3d views; a slice takes one z");

@@ -1,5 +1,6 @@
 #include "rawlog_source.h"
 
+#include <lamap_mrpt/mrpt_compat.h>
 #include <lamap_tools/graph_file.h>
 #include <lamap_tools/memory_guard.h>
 #include <lamap_tools/pcd_file.h>
@@ -71,9 +72,9 @@ class SimpleMapSource : public ScanSource
       throw std::runtime_error(path + ": not a simple map, cut short or damaged");
     for (size_t i = 0; i < map_.size(); ++i)
     {
-      const auto pair = map_.getAsPair(i);
-      if (!pair.sf || !pair.pose) throw std::runtime_error(path + ": a pose or its observations are missing");
-      expectedItems_ += pair.sf->size();
+      const auto keyframe = compat::keyframeAt(map_, i);
+      if (!keyframe.frame || !keyframe.pose) throw std::runtime_error(path + ": a pose or its observations are missing");
+      expectedItems_ += keyframe.frame->size();
     }
   }
 
@@ -90,9 +91,9 @@ class SimpleMapSource : public ScanSource
       mrpt::img::CImage::setImagesPathBase(mrpt::obs::CRawlog::detectImagesDirectory(path_));
     while (frame_ < map_.size())
     {
-      const auto pair = map_.getAsPair(frame_);
-      if (observation_ < pair.sf->size())
-        return ObservedScan{pair.sf->getObservationByIndex(observation_++), pair.pose->getMeanVal()};
+      const auto keyframe = compat::keyframeAt(map_, frame_);
+      if (observation_ < keyframe.frame->size())
+        return ObservedScan{keyframe.frame->getObservationByIndex(observation_++), keyframe.pose->getMeanVal()};
       ++frame_;
       observation_ = 0;
     }
@@ -145,7 +146,10 @@ class PcdSource : public ScanSource
       }
       catch (const std::runtime_error& error)
       {
-        damages_.emplace_back(error.what());
+        // The source's own path is named by whoever reports the damage.
+        const std::string text = error.what();
+        const std::string own = path_ + ": ";
+        damages_.push_back(text.rfind(own, 0) == 0 ? text.substr(own.size()) : text);
       }
     }
     return std::nullopt;

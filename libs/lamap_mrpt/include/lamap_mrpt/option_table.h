@@ -170,9 +170,6 @@ struct OptionValue
 /// Without what follows //, # or ; at the start or after a space, and without spaces around.
 [[nodiscard]] std::string withoutComment(const std::string& text);
 
-/// The candidate with the fewest letters to insert, delete, replace or swap; empty if there is no candidate.
-[[nodiscard]] std::string nearestOf(const std::string& name, const std::vector<std::string>& candidates);
-
 /** A message that MRPT passes on whole: when it wraps an exception it takes what stands before the first ]
  * for a place in the source. */
 [[nodiscard]] std::string withoutBrackets(std::string message);

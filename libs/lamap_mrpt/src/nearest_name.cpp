@@ -1,10 +1,10 @@
-#include <lamap_tools/nearest_name.h>
+#include <lamap_mrpt/nearest_name.h>
 
 #include <algorithm>
 #include <cctype>
-#include <vector>
+#include <limits>
 
-namespace lamap::tools
+namespace lamap
 {
 namespace
 {
@@ -44,4 +44,18 @@ bool looksLikeMistyped(const std::string& name, const std::string& meant)
   return distance > 0 && 3 * distance <= std::max(name.size(), meant.size());
 }
 
-}  // namespace lamap::tools
+std::string nearestOf(const std::string& name, const std::vector<std::string>& candidates)
+{
+  std::string nearest;
+  size_t least = std::numeric_limits<size_t>::max();
+  for (const std::string& candidate : candidates)
+  {
+    const size_t distance = editDistance(name, candidate);
+    if (distance >= least) continue;
+    least = distance;
+    nearest = candidate;
+  }
+  return nearest;
+}
+
+}  // namespace lamap

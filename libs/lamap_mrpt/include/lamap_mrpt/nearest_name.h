@@ -1,8 +1,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
-namespace lamap::tools
+namespace lamap
 {
 /// Letters to insert, delete, replace or swap with a neighbour to turn one name into the other; case counts
 /// nothing.
@@ -12,4 +13,7 @@ namespace lamap::tools
 /// same.
 [[nodiscard]] bool looksLikeMistyped(const std::string& name, const std::string& meant);
 
-}  // namespace lamap::tools
+/// The candidate with the least edit distance, the first of equals; empty if there is no candidate.
+[[nodiscard]] std::string nearestOf(const std::string& name, const std::vector<std::string>& candidates);
+
+}  // namespace lamap
