@@ -1,5 +1,5 @@
-#include <lamap_mrpt/nearest_name.h>
 #include <lamap_mrpt/mrpt_compat.h>
+#include <lamap_mrpt/nearest_name.h>
 #include <lamap_mrpt/option_table.h>
 #include <lamap_tools/ini_lines.h>
 #include <lamap_tools/map_setup.h>

@@ -73,7 +73,8 @@ class SimpleMapSource : public ScanSource
     for (size_t i = 0; i < map_.size(); ++i)
     {
       const auto keyframe = compat::keyframeAt(map_, i);
-      if (!keyframe.frame || !keyframe.pose) throw std::runtime_error(path + ": a pose or its observations are missing");
+      if (!keyframe.frame || !keyframe.pose)
+        throw std::runtime_error(path + ": a pose or its observations are missing");
       expectedItems_ += keyframe.frame->size();
     }
   }
@@ -93,7 +94,8 @@ class SimpleMapSource : public ScanSource
     {
       const auto keyframe = compat::keyframeAt(map_, frame_);
       if (observation_ < keyframe.frame->size())
-        return ObservedScan{keyframe.frame->getObservationByIndex(observation_++), keyframe.pose->getMeanVal()};
+        return ObservedScan{keyframe.frame->getObservationByIndex(observation_++),
+                            keyframe.pose->getMeanVal()};
       ++frame_;
       observation_ = 0;
     }
