@@ -1,0 +1,43 @@
+#pragma once
+
+#include <lamap_sim/scene.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace lamap::sim
+{
+/** A place with exact surfaces, and a way through it for a sensor. */
+struct World
+{
+  std::string name;
+  Scene scene;
+  /// What is to be mapped: beyond it nothing is said. Its faces are the world's walls, floor and ceiling
+  /// where it has them, else the edge of what counts.
+  Eigen::AlignedBox3d interior_map;
+  /// Corners of the way, without the height; at least one. It keeps clear of all solids.
+  std::vector<Eigen::Vector2d> path_map;
+  /// Height of every sensor in the map; nothing: it stands on the floor, interior_map's lowest z.
+  std::optional<double> sensorZ_map;
+  /// Upright walls only, seen from within: a world for planar sensors, its truth one layer of cells at z = 0.
+  bool flat = false;
+};
+
+/// All names that makeWorld() knows.
+[[nodiscard]] const std::vector<std::string>& worldNames();
+
+/** Makes a world from a seed; the same seed gives the same world, bit by bit.
+ *
+ *   structured    10 × 7 × 2 m, two rooms with right angles and blocks, open above
+ *   unstructured  10 × 7 × 2 m, trunks, crowns and bushes within walls, open above
+ *   corridor      44 × 18 × 3.3 m, a corridor with seven furnished offices on either side
+ *   pier          24 × 14 × 5 m of water: piles, a sea wall, a sloping bottom with boulders
+ *   station       the structured world, seen from one place
+ *   flatland      12 × 9 m, two-dimensional
+ *
+ * @throws std::invalid_argument for any other name */
+[[nodiscard]] World makeWorld(const std::string& name, uint64_t seed);
+
+}  // namespace lamap::sim

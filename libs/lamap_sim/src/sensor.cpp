@@ -1,0 +1,143 @@
+#include <lamap_sim/random.h>
+#include <lamap_sim/sensor.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace lamap::sim
+{
+namespace
+{
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kDegree = kPi / 180;
+
+Eigen::Vector3d directionOf(double azimuth_rad, double elevation_rad)
+{
+  const SineCosine azimuth = sineCosine(azimuth_rad);
+  const SineCosine elevation = sineCosine(elevation_rad);
+  return {elevation.cosine * azimuth.cosine, elevation.cosine * azimuth.sine, elevation.sine};
+}
+
+/// Directions in the middles of the cells of a grid of angles, around straight ahead.
+std::vector<Eigen::Vector3d> angleGrid(int azimuths, double azimuthSpan_rad, int elevations,
+                                       double elevationSpan_rad)
+{
+  std::vector<Eigen::Vector3d> beams;
+  for (int i = 0; i < azimuths; ++i)
+    for (int j = 0; j < elevations; ++j)
+      beams.push_back(directionOf(azimuthSpan_rad * ((i + 0.5) / azimuths - 0.5),
+                                  elevationSpan_rad * ((j + 0.5) / elevations - 0.5)));
+  return beams;
+}
+
+SensorModel sectorLaser()
+{
+  SensorModel sensor;
+  sensor.rangeMax_m = 8;
+  sensor.beams = angleGrid(100, 120 * kDegree, 35, 60 * kDegree);
+  sensor.headingsPerStop = 3;
+  sensor.height_m = 0.45;
+  sensor.defaultScans = 12;
+  return sensor;
+}
+
+SensorModel panTiltLaser()
+{
+  SensorModel sensor;
+  sensor.rangeMax_m = 30;
+  sensor.beams = angleGrid(500, 2 * kPi, 178, 150 * kDegree);
+  sensor.height_m = 1.0;
+  sensor.period_s = 10;
+  sensor.defaultScans = 66;
+  return sensor;
+}
+
+SensorModel lidar16()
+{
+  SensorModel sensor;
+  sensor.rangeMax_m = 100;
+  constexpr int kSteps = 1800;
+  for (int i = 0; i < kSteps; ++i)
+    for (int row = 0; row < 16; ++row)
+      sensor.beams.push_back(directionOf(2 * kPi * ((i + 0.5) / kSteps - 0.5), (2 * row - 15) * kDegree));
+  sensor.height_m = 1.0;
+  sensor.period_s = 0.1;
+  sensor.defaultScans = 60;
+  return sensor;
+}
+
+SensorModel planarLaser()
+{
+  SensorModel sensor;
+  sensor.kind = SensorKind::Planar;
+  sensor.rangeMax_m = 30;
+  sensor.aperture_rad = kPi;
+  constexpr int kBeams = 361;
+  for (int i = 0; i < kBeams; ++i)
+    sensor.beams.push_back(directionOf(sensor.aperture_rad * (i / (kBeams - 1.0) - 0.5), 0));
+  sensor.height_m = 0.4;
+  sensor.period_s = 0.2;
+  sensor.defaultScans = 60;
+  return sensor;
+}
+
+SensorModel sonar(int echoRanks)
+{
+  SensorModel sensor;
+  sensor.kind = SensorKind::Sonar;
+  sensor.rangeMax_m = 15;
+  sensor.aperture_rad = 15 * kDegree;
+  // Rings of equal width around the axis, so that each ray stands for the same solid angle.
+  constexpr int kRings = 6;
+  sensor.beams.push_back(Eigen::Vector3d::UnitX());
+  for (int ring = 1; ring <= kRings; ++ring)
+    for (int i = 0; i < 6 * ring; ++i)
+    {
+      const SineCosine off = sineCosine(sensor.aperture_rad / 2 * ring / kRings);
+      const SineCosine around = sineCosine(2 * kPi * i / (6 * ring));
+      sensor.beams.emplace_back(off.cosine, off.sine * around.cosine, off.sine * around.sine);
+    }
+  sensor.pingsPerScan = 120;
+  sensor.echoRanks = echoRanks;
+  sensor.height_m = 0.5;
+  sensor.period_s = 0.05;
+  sensor.defaultScans = 12;
+  return sensor;
+}
+}  // namespace
+
+const std::vector<std::string>& sensorNames()
+{
+  static const std::vector<std::string> names{"sector-laser", "pan-tilt-laser", "lidar16",
+                                              "planar-laser", "sonar",          "sonar-range"};
+  return names;
+}
+
+SensorModel makeSensor(const std::string& name)
+{
+  SensorModel sensor;
+  if (name == "sector-laser")
+    sensor = sectorLaser();
+  else if (name == "pan-tilt-laser")
+    sensor = panTiltLaser();
+  else if (name == "lidar16")
+    sensor = lidar16();
+  else if (name == "planar-laser")
+    sensor = planarLaser();
+  else if (name == "sonar")
+    sensor = sonar(3);
+  else if (name == "sonar-range")
+    sensor = sonar(1);
+  else
+    throw std::invalid_argument("sensor = " + name + ": no sensor of this name");
+  sensor.name = name;
+  return sensor;
+}
+
+double sonarPitch(int sweep)
+{
+  constexpr double kDown_rad = 20 * kDegree;
+  return sweep % 2 == 0 ? 0 : kDown_rad;
+}
+
+}  // namespace lamap::sim
