@@ -196,7 +196,7 @@ TEST(Sonar, HearsEverySurfaceInItsBeamTheNearestFirst)
   shapes.emplace_back(Cylinder{{3.5, -0.2}, 0.1, 0, 4});
   world.scene = Scene(shapes);
   const Pose ahead = standing(0, 0, 2, 0);
-  const auto echoes = Scanner(world, makeSensor("sonar"), {}, 1).ping(ahead, 0);
+  const auto echoes = Scanner(world, makeSensor("sonar"), {}, 1).ping(ahead, {}, 0);
   ASSERT_EQ(echoes.size(), 3U);
   EXPECT_NEAR(echoes[0].range_m, 1.9, 0.02);
   EXPECT_NEAR(echoes[1].range_m, 3.4, 0.02);
@@ -207,18 +207,31 @@ TEST(Sonar, HearsEverySurfaceInItsBeamTheNearestFirst)
     EXPECT_LE(echo.intensity, 255);
   }
   EXPECT_GT(echoes[2].intensity, echoes[1].intensity);  // the wall fills more of the beam
-  const auto first = Scanner(world, makeSensor("sonar-range"), {}, 1).ping(ahead, 0);
+  const auto first = Scanner(world, makeSensor("sonar-range"), {}, 1).ping(ahead, {}, 0);
   ASSERT_EQ(first.size(), 1U);
   EXPECT_EQ(first[0].range_m, echoes[0].range_m);
   // Behind it nothing but the wall.
-  EXPECT_EQ(Scanner(world, makeSensor("sonar"), {}, 1).ping(standing(0, 0, 2, M_PI), 0).size(), 1U);
+  EXPECT_EQ(Scanner(world, makeSensor("sonar"), {}, 1).ping(standing(0, 0, 2, 0), {M_PI, 0}, 0).size(), 1U);
+}
+
+TEST(Sonar, ItsHeadTurnsAllAroundAndDown)
+{
+  const SensorModel sonar = makeSensor("sonar");
+  EXPECT_NEAR(headTurn(sonar, 60).yaw_rad, 0, 1e-12);
+  EXPECT_NEAR(headTurn(sonar, 61).yaw_rad, M_PI / 60, 1e-12);
+  EXPECT_EQ(headTurn(sonar, 119).pitch_rad, 0);
+  EXPECT_NEAR(headTurn(sonar, 120).pitch_rad, M_PI / 9, 1e-12);
+  // Straight down from 2 m it hears the floor.
+  const auto echoes = Scanner(hall(), sonar, {}, 1).ping(standing(1, 1, 2), {0.4, M_PI / 2}, 0);
+  ASSERT_FALSE(echoes.empty());
+  EXPECT_NEAR(echoes[0].range_m, 2, 1e-9);
 }
 
 TEST(Sonar, HearsNothingBeyondItsRange)
 {
   SensorModel sonar = makeSensor("sonar");
   sonar.rangeMax_m = 4;
-  EXPECT_TRUE(Scanner(hall(), sonar, {}, 1).ping(standing(0, 0, 2, 0), 0).empty());
+  EXPECT_TRUE(Scanner(hall(), sonar, {}, 1).ping(standing(0, 0, 2, 0), {}, 0).empty());
 }
 }  // namespace
 }  // namespace lamap::sim

@@ -106,6 +106,17 @@ TEST(Trajectory, StopsMakeFullTurns)
   EXPECT_THROW(makeTrajectory(world, sensor, Motion::Stops, 0), std::invalid_argument);
 }
 
+TEST(Trajectory, AStationIsOnePose)
+{
+  const auto poses = makeTrajectory(makeWorld("station", 3), makeSensor("sector-laser"), Motion::Stops, 60);
+  ASSERT_EQ(poses.size(), 60U);
+  for (const Pose& pose : poses)
+  {
+    EXPECT_EQ(pose.position_map, poses[0].position_map);
+    EXPECT_EQ(pose.yaw_rad, poses[0].yaw_rad);
+  }
+}
+
 TEST(Trajectory, DrivingGoesEqualDistancesAndLooksAhead)
 {
   const World world = makeWorld("flatland", 2);

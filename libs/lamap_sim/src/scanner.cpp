@@ -163,10 +163,14 @@ std::vector<BeamReading> Scanner::scan(const Pose& pose, uint64_t number) const
   return readings;
 }
 
-std::vector<Echo> Scanner::ping(const Pose& pose, uint64_t number) const
+std::vector<Echo> Scanner::ping(const Pose& pose, const HeadTurn& head, uint64_t number) const
 {
   Random angleRandom = streamOf(seed_, kAngleStream, number);
-  const Matrix3d rotation = rotationOf(pose);
+  Pose turnedHead;
+  turnedHead.yaw_rad = head.yaw_rad;
+  turnedHead.pitch_rad = head.pitch_rad;
+  const Matrix3d mapFromMount = rotationOf(pose);
+  const Matrix3d mountFromHead = rotationOf(turnedHead);
   // The whole beam goes astray, not its single rays.
   Vector3d astray = Vector3d::Zero();
   if (noise_.angle_rad > 0) astray = noise_.angle_rad * angleRandom.normal3();
@@ -174,7 +178,8 @@ std::vector<Echo> Scanner::ping(const Pose& pose, uint64_t number) const
   for (const Vector3d& ray : sensor_.beams)
   {
     Vector3d direction = ray + Vector3d(0, astray.y(), astray.z());
-    direction = turned(rotation, direction / std::sqrt(dot(direction, direction)));
+    direction /= std::sqrt(dot(direction, direction));
+    direction = turned(mapFromMount, turned(mountFromHead, direction));
     const auto hit = world_.scene.firstHit(pose.position_map, direction, sensor_.rangeMax_m);
     if (hit) reflections.push_back({hit->range_m, std::abs(dot(hit->normal_map, direction))});
   }

@@ -134,10 +134,12 @@ SensorModel makeSensor(const std::string& name)
   return sensor;
 }
 
-double sonarPitch(int sweep)
+HeadTurn headTurn(const SensorModel& sensor, int shot)
 {
   constexpr double kDown_rad = 20 * kDegree;
-  return sweep % 2 == 0 ? 0 : kDown_rad;
+  const int step = shot % sensor.pingsPerScan;
+  const int sweep = shot / sensor.pingsPerScan;
+  return {2 * kPi * (static_cast<double>(step) / sensor.pingsPerScan - 0.5), sweep % 2 == 0 ? 0 : kDown_rad};
 }
 
 }  // namespace lamap::sim

@@ -23,7 +23,7 @@ double lengthOf(const Vector2d& v)
 class Path
 {
  public:
-  explicit Path(const std::vector<Vector2d>& corners) : corners_(corners)
+  explicit Path(const World& world) : corners_(world.path_map), heading_(world.heading_rad)
   {
     for (size_t i = 1; i < corners_.size(); ++i)
       distances_.push_back(distances_.back() + lengthOf(corners_[i] - corners_[i - 1]));
@@ -44,7 +44,7 @@ class Path
   /// Angle of the way half a metre ahead; at the end, and where the way turns back, that of the piece.
   [[nodiscard]] double headingAt(double distance) const
   {
-    if (corners_.size() < 2) return 0;
+    if (corners_.size() < 2) return heading_;
     constexpr double kAhead_m = 0.5;
     constexpr double kTooNear_m = 0.3;
     Vector2d ahead = at(distance + kAhead_m) - at(distance);
@@ -63,6 +63,7 @@ class Path
   }
 
   const std::vector<Vector2d>& corners_;
+  double heading_;
   std::vector<double> distances_{0.0};
 };
 
@@ -108,10 +109,12 @@ double sensorHeight(const World& world, const SensorModel& sensor)
 std::vector<Pose> makeTrajectory(const World& world, const SensorModel& sensor, Motion motion, int scans)
 {
   if (scans < 1) throw std::invalid_argument("scans = " + std::to_string(scans) + ": must be 1 or more");
-  const Path path(world.path_map);
+  const Path path(world);
   const double z = sensorHeight(world, sensor);
   const int shots = scans * sensor.pingsPerScan;
-  const int perPlace = motion == Motion::Driving ? 1 : sensor.pingsPerScan * sensor.headingsPerStop;
+  // At a single place there is nothing to turn for: all scans are of one pose.
+  const int headings = world.path_map.size() > 1 ? sensor.headingsPerStop : 1;
+  const int perPlace = motion == Motion::Driving ? 1 : sensor.pingsPerScan * headings;
   const int places = (shots + perPlace - 1) / perPlace;
   std::vector<Pose> poses;
   poses.reserve(static_cast<size_t>(shots));
@@ -120,10 +123,10 @@ std::vector<Pose> makeTrajectory(const World& world, const SensorModel& sensor, 
     const int place = i / perPlace;
     const double share = places > 1 ? static_cast<double>(place) / (places - 1) : 0;
     Pose pose = poseOn(path, share, z);
-    if (motion == Motion::Stops && sensor.headingsPerStop > 1)
+    if (motion == Motion::Stops && headings > 1)
     {
-      const int turn = i / sensor.pingsPerScan % sensor.headingsPerStop;
-      pose.yaw_rad = std::remainder(pose.yaw_rad + kTwoPi * turn / sensor.headingsPerStop, kTwoPi);
+      const int turn = i / sensor.pingsPerScan % headings;
+      pose.yaw_rad = std::remainder(pose.yaw_rad + kTwoPi * turn / headings, kTwoPi);
     }
     poses.push_back(pose);
   }

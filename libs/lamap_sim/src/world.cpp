@@ -217,9 +217,8 @@ World station(uint64_t seed)
 {
   World world = structured(seed);
   world.name = "station";
-  // Looks along the way that the structured world would go.
-  const Vector2d ahead = world.path_map[0] + 0.01 * (world.path_map[1] - world.path_map[0]);
-  world.path_map = {world.path_map[0], ahead};
+  world.path_map.resize(1);
+  world.heading_rad = 0.75;  // towards the middle of the room
   return world;
 }
 

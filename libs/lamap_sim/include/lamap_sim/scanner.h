@@ -58,9 +58,8 @@ class Scanner
   [[nodiscard]] std::vector<BeamReading> scan(const Pose& pose, uint64_t number) const;
 
   /** A sonar's ping: its echoes, the nearest first, at most echoRanks. Echoes nearer to each other than 0.3 m
-   * are one.
-   * @param pose  of the head as it is turned */
-  [[nodiscard]] std::vector<Echo> ping(const Pose& pose, uint64_t number) const;
+   * are one. */
+  [[nodiscard]] std::vector<Echo> ping(const Pose& pose, const HeadTurn& head, uint64_t number) const;
 
   /// The pose as it is reported. A planar sensor errs in x, y and yaw only.
   [[nodiscard]] Pose reportedPose(const Pose& pose, uint64_t number) const;

@@ -47,7 +47,14 @@ struct SensorModel
  * @throws std::invalid_argument for any other name */
 [[nodiscard]] SensorModel makeSensor(const std::string& name);
 
-/// Angle by which a sonar's head looks down in a sweep: every other one goes down to the bottom.
-[[nodiscard]] double sonarPitch(int sweep);
+/// How a sonar's head is turned in the frame of what it is mounted on.
+struct HeadTurn
+{
+  double yaw_rad = 0;
+  double pitch_rad = 0;  ///< positive: looks down
+};
+/// Step by step all around in each sweep; every other sweep looks 20° down, at the bottom.
+/// @param shot  number of the ping from 0 on
+[[nodiscard]] HeadTurn headTurn(const SensorModel& sensor, int shot);
 
 }  // namespace lamap::sim

@@ -38,13 +38,13 @@ enum class Motion
 };
 
 /** Where the sensor stands in each scan, from the first corner of the world's path to its last. For sonars
- * one pose a ping, `scans` × pingsPerScan.
+ * one pose a ping, `scans` × pingsPerScan. Where the path is a single place, all poses are equal.
  * @param scans  ≥ 1
  * @throws std::invalid_argument if scans < 1 */
 [[nodiscard]] std::vector<Pose> makeTrajectory(const World& world, const SensorModel& sensor, Motion motion,
                                                int scans);
 
-/// The heights at which a sensor stands in a world, z in the map [m].
+/// The height at which a sensor stands in a world, z in the map [m].
 [[nodiscard]] double sensorHeight(const World& world, const SensorModel& sensor);
 
 }  // namespace lamap::sim

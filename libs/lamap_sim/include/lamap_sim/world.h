@@ -19,6 +19,8 @@ struct World
   Eigen::AlignedBox3d interior_map;
   /// Corners of the way, without the height; at least one. It keeps clear of all solids.
   std::vector<Eigen::Vector2d> path_map;
+  /// Where a sensor looks if the way is a single place.
+  double heading_rad = 0;
   /// Height of every sensor in the map; nothing: it stands on the floor, interior_map's lowest z.
   std::optional<double> sensorZ_map;
   /// Upright walls only, seen from within: a world for planar sensors, its truth one layer of cells at z = 0.
