@@ -5,30 +5,16 @@
 #include <lamap_tools/query_map.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <csignal>
 #include <iostream>
 #include <memory>
 
 #include "legal_values.h"
+#include "stop_request.h"
 
 namespace lamap::app
 {
 namespace
 {
-std::atomic<bool> stopRequested{false};
-
-/// SIGINT and SIGTERM ask the build to stop after the scan it is at; further ones change nothing while it
-/// saves.
-void catchSignals()
-{
-  struct sigaction action = {};
-  action.sa_handler = [](int) { stopRequested = true; };
-  action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);  // a second one ends the program at once
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
-
 struct Arguments
 {
   tools::BuildOptions build;
@@ -44,8 +30,8 @@ int build(Arguments arguments)
     const auto origin = tools::parsePoint(arguments.sensorOrigin);
     arguments.build.inputs.sensorOrigin = {origin.x, origin.y, origin.z};
   }
-  catchSignals();
-  arguments.build.inputs.shouldStop = [] { return stopRequested.load(); };
+  catchStopSignals();
+  arguments.build.inputs.shouldStop = stopRequested;
 
   tools::BuildReport report;
   {

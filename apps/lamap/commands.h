@@ -14,6 +14,7 @@ using Action = std::function<int()>;
 void addBuild(CLI::App& app, Action& action);
 void addInfo(CLI::App& app, Action& action);
 void addQuery(CLI::App& app, Action& action);
+void addEval(CLI::App& app, Action& action);
 void addExport(CLI::App& app, Action& action);
 void addRender(CLI::App& app, Action& action);
 /// @param program  what takeProgram() took from the command line

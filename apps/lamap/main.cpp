@@ -48,6 +48,7 @@ int main(int argc, char** argv)
   addBuild(app, action);
   addInfo(app, action);
   addQuery(app, action);
+  addEval(app, action);
   addExport(app, action);
   addRender(app, action);
   std::vector<std::string> arguments(argv + 1, argv + argc);

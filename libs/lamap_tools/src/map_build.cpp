@@ -124,28 +124,6 @@ void save(const CMetricMap::Ptr& map, const std::string& path)
     saveMapFile(*map, path);
 }
 
-/// Inserts everything. @return whether it came to the end
-bool insertAll(const std::vector<std::unique_ptr<ScanSource>>& sources, ScanInserter& inserter,
-               const std::function<bool()>& shouldStop, const ProgressSink& report)
-{
-  BuildProgress progress;
-  for (const auto& source : sources) progress.expected += source->expectedItems();
-  for (const auto& source : sources)
-  {
-    progress.input = source->path();
-    while (!shouldStop())
-    {
-      const auto item = source->next();
-      if (!item) break;
-      inserter.insert(*item);
-      ++progress.done;
-      if (report) report(progress);
-    }
-    if (shouldStop()) return false;
-  }
-  return true;
-}
-
 std::string reasonsOf(const BuildReport& report)
 {
   std::string reasons;
@@ -160,6 +138,28 @@ std::string reasonsOf(const BuildReport& report)
   return reasons;
 }
 }  // namespace
+
+bool visitScans(const std::vector<std::unique_ptr<ScanSource>>& sources,
+                const std::function<bool()>& shouldStop, const ProgressSink& report,
+                const std::function<void(const ScanItem&)>& visitor)
+{
+  BuildProgress progress;
+  for (const auto& source : sources) progress.expected += source->expectedItems();
+  for (const auto& source : sources)
+  {
+    progress.input = source->path();
+    while (!shouldStop())
+    {
+      const auto item = source->next();
+      if (!item) break;
+      visitor(*item);
+      ++progress.done;
+      if (report) report(progress);
+    }
+    if (shouldStop()) return false;
+  }
+  return true;
+}
 
 bool BuildReport::damaged() const
 {
@@ -181,7 +181,8 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
   report.outPath = options.outPath;
   const auto begin = std::chrono::steady_clock::now();
   ScanInserter inserter(*map);
-  report.stopped = !insertAll(sources, inserter, options.inputs.shouldStop, progress);
+  report.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
+                               [&](const ScanItem& item) { inserter.insert(item); });
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.scans = inserter.tally();
   for (const auto& source : sources)

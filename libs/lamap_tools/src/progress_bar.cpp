@@ -45,7 +45,7 @@ void ProgressBar::show(const BuildProgress& progress, Clock::time_point now)
 
   const double seconds = std::chrono::duration<double>(now - begin_).count();
   const double rate = seconds > 0 ? static_cast<double>(progress.done) / seconds : 0;
-  std::string text = mrpt::format("%zu of %zu scans", progress.done, progress.expected);
+  std::string text = mrpt::format("%zu of %zu %s", progress.done, progress.expected, unit_.c_str());
   if (rate > 0)
   {
     const double left =

@@ -31,14 +31,6 @@ std::string kindOf(const mrpt::obs::CObservation& observation)
   return colon == std::string::npos ? name : name.substr(colon + 1);
 }
 
-Scan scanOf(const PointScan& points)
-{
-  RayFan fan;
-  fan.origin_map = {points.sensorPose_map.x(), points.sensorPose_map.y(), points.sensorPose_map.z()};
-  fan.returns_map = points.points_map;
-  return Scan{{std::move(fan)}};
-}
-
 bool isPointCloud(const mrpt::obs::CObservation& observation)
 {
   return IS_CLASS(observation, mrpt::obs::CObservationPointCloud) ||
@@ -58,6 +50,14 @@ PointScan pointsOf(const mrpt::obs::CObservation& observation, const CPose3D& ro
   return points;
 }
 }  // namespace
+
+Scan scanOf(const PointScan& points)
+{
+  RayFan fan;
+  fan.origin_map = {points.sensorPose_map.x(), points.sensorPose_map.y(), points.sensorPose_map.z()};
+  fan.returns_map = points.points_map;
+  return Scan{{std::move(fan)}};
+}
 
 size_t InsertionTally::usedCount() const
 {

@@ -5,6 +5,7 @@
 #include <lamap_tools/scan_source.h>
 
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <string>
@@ -31,6 +32,12 @@ struct BuildProgress
   std::string input;  ///< path of the one that is being read
 };
 using ProgressSink = std::function<void(const BuildProgress&)>;
+
+/** Calls the visitor for every item of the inputs in their order, and the sink after each.
+ * @return whether it came to the end before it was asked to stop */
+bool visitScans(const std::vector<std::unique_ptr<ScanSource>>& sources,
+                const std::function<bool()>& shouldStop, const ProgressSink& report,
+                const std::function<void(const ScanItem&)>& visitor);
 
 struct InputReport
 {

@@ -4,16 +4,22 @@
 
 #include <chrono>
 #include <ostream>
+#include <string>
 
 namespace lamap::tools
 {
-/** Shows how far a build is: on a terminal a bar that is redrawn, elsewhere a line from time to time. */
+/** Shows how far a build or another long work is: on a terminal a bar that is redrawn, elsewhere a line from
+ * time to time. */
 class ProgressBar
 {
  public:
   using Clock = std::chrono::steady_clock;
 
-  ProgressBar(std::ostream& out, bool isTerminal) : out_(out), isTerminal_(isTerminal) {}
+  /// @param unit what is counted
+  ProgressBar(std::ostream& out, bool isTerminal, std::string unit = "scans")
+      : out_(out), isTerminal_(isTerminal), unit_(std::move(unit))
+  {
+  }
   /// Ends a bar that stands on the terminal.
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
@@ -25,6 +31,7 @@ class ProgressBar
  private:
   std::ostream& out_;
   bool isTerminal_;
+  std::string unit_;
   bool started_ = false;
   bool drawn_ = false;
   Clock::time_point begin_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <lamap_core/ray_scan.h>
 #include <lamap_tools/scan_source.h>
 #include <mrpt/maps/CMetricMap.h>
 
@@ -9,6 +10,9 @@
 
 namespace lamap::tools
 {
+/// Points as rays of one fan.
+[[nodiscard]] Scan scanOf(const PointScan& points);
+
 /// What became of the scans.
 struct InsertionTally
 {
