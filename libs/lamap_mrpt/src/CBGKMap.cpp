@@ -1,9 +1,11 @@
 #include <lamap_mrpt/CBGKMap.h>
 
 #include <lamap_mrpt/bgk_map_content.h>
+#include <lamap_mrpt/map_definition.h>
 #include <lamap_mrpt/map_file.h>
 #include <lamap_mrpt/map_sections.h>
 #include <lamap_mrpt/payload.h>
+#include <lamap_mrpt/shared_options.h>
 
 #include <cstdio>
 #include <stdexcept>
@@ -22,7 +24,6 @@ struct Registration
 } const registration;
 
 constexpr uint8_t kFormatVersion = 1;
-constexpr double kMetresMost = 1e6;
 
 /// α and β of another map as prior.
 std::shared_ptr<const BgkMap> loadPrior(const std::string& path)
@@ -49,24 +50,20 @@ std::string inUnits(double number, const char* format)
 const OptionTable& CBGKMap::TCreationOptions::optionTable() const
 {
   using Self = TCreationOptions;
-  static const OptionTable table =
-      OptionTable("creationOpts")
-          .add<Self>("preset", &Self::preset, OptionTable::Traits::oneOf({"default", "thesis", "la3dm"}),
-                     "named set of options, applied before all others")
-          .add<Self>("resolution", &Self::resolution, {"m", {1e-4, 1e4}}, "edge of a finest cell")
-          .add<Self>("blockDepth", &Self::blockDepth, {"", {2, 6}}, "a block is 2^(blockDepth-1) cells wide")
-          .add<Self>("pruning", &Self::pruning, OptionTable::Traits::oneOf({"none", "lossless", "state"}),
-                     "when the cells of an octant are held once")
-          .add<Self>("planar", &Self::planar, {},
-                     "one layer of cells, distances in the plane: for 2D sensors")
-          .add<Self>("planarHeight", &Self::planarHeight, {"m", {-1e13, 1e13}},
-                     "height in the layer of a planar map")
-          .add<Self>("priorAlpha", &Self::priorAlpha, {"", {0, 1e6, false}},
-                     "pseudo-count for occupied of every cell")
-          .add<Self>("priorBeta", &Self::priorBeta, {"", {0, 1e6, false}},
-                     "pseudo-count for free of every cell")
-          .add<Self>("priorMap", &Self::priorMap, {},
-                     "map file whose cells are the prior where they have evidence");
+  static const OptionTable table = []
+  {
+    OptionTable all("creationOpts");
+    all.add<Self>("preset", &Self::preset, OptionTable::Traits::oneOf({"default", "thesis", "la3dm"}),
+                  "named set of options, applied before all others");
+    addGridOptions<Self>(all)
+        .add<Self>("priorAlpha", &Self::priorAlpha, {"", {0, 1e6, false}},
+                   "pseudo-count for occupied of every cell")
+        .add<Self>("priorBeta", &Self::priorBeta, {"", {0, 1e6, false}},
+                   "pseudo-count for free of every cell")
+        .add<Self>("priorMap", &Self::priorMap, {},
+                   "map file whose cells are the prior where they have evidence");
+    return all;
+  }();
   return table;
 }
 
@@ -80,48 +77,35 @@ const OptionTable& CBGKMap::TInsertionOptions::optionTable() const
   using Self = TInsertionOptions;
   const LegalRange aboveZero{0, kMetresMost, false};
   const LegalRange fromZero{0, kMetresMost};
-  const LegalRange fraction{0, 1};
-  static const OptionTable table =
-      OptionTable("insertOpts")
-          .add<Self>("freeSpace", &Self::freeSpace, OptionTable::Traits::oneOf({"samples", "line", "none"}),
-                     "where a ray says free: points along it, its nearest point to each cell, nowhere")
-          .add<Self>("freeResolution", &Self::freeResolution, {"m", aboveZero, "1 cell"},
-                     "distance between free points on a ray")
-          .add<Self>("freeMargin", &Self::freeMargin, {"m", fromZero, "1 cell"},
-                     "no free point is nearer to its ray's hit")
-          .add<Self>("freeWeight", &Self::freeWeight, {"", {0, 1e3}}, "weight of free evidence")
-          .add<Self>("freeDownsampling", &Self::freeDownsampling, {"m", fromZero},
-                     "edge of the voxels in which free points are averaged (centroids); 0: they are not")
-          .add<Self>("trainingPoints", &Self::trainingPoints,
-                     OptionTable::Traits::oneOf({"cells", "centroids"}),
-                     "hit and free cells of a scan once each, or the mean points of voxels")
-          .add<Self>("hitDownsampling", &Self::hitDownsampling, {"m", fromZero, "1 cell"},
-                     "edge of the voxels in which hits are averaged (centroids); 0: they are not")
-          .add<Self>(
-              "protectHits", &Self::protectHits, {"", {0, 4294967295.0}},
-              "a cell with so many hits in a scan takes no free evidence from it; 0: none is protected")
-          .add<Self>("kernel", &Self::kernel,
-                     OptionTable::Traits::oneOf({"sparse", "sparseMatern32", "wendlandC2"}),
-                     "how evidence falls with distance")
-          .add<Self>("kernelSupport", &Self::kernelSupport, {"m", aboveZero, "2 cells"},
-                     "distance from which on a point says nothing")
-          .add<Self>("kernelScale", &Self::kernelScale, {"", {0, 1e3, false}}, "evidence at distance zero")
-          .add<Self>("minRange", &Self::minRange, {"m", fromZero}, "nearer returns are left out")
-          .add<Self>("maxRange", &Self::maxRange, {"m", fromZero},
-                     "free space and hits end here; 0: what the observation states")
-          .add<Self>("considerInvalidRangesAsFreeSpace", &Self::considerInvalidRangesAsFreeSpace, {},
-                     "rays without a return are free up to the maximum range")
-          .add<Self>("rayDecimation", &Self::rayDecimation, {"", {1, 4294967295.0}},
-                     "only every so many-th ray is used")
-          .add<Self>(
-              "freeThreshold", [](Self& self) -> double& { return self.thresholds.free; }, {"", fraction},
-              "a cell is free below this P(occupied)")
-          .add<Self>(
-              "occupiedThreshold", [](Self& self) -> double& { return self.thresholds.occupied; },
-              {"", fraction}, "a cell is occupied above this P(occupied)")
-          .add<Self>(
-              "varianceThreshold", [](Self& self) -> double& { return self.thresholds.variance; },
-              {"", fraction}, "cells whose variance is not below are unknown; 0: not looked at");
+  static const OptionTable table = [&]
+  {
+    OptionTable all("insertOpts");
+    all.add<Self>("freeSpace", &Self::freeSpace, OptionTable::Traits::oneOf({"samples", "line", "none"}),
+                  "where a ray says free: points along it, its nearest point to each cell, nowhere")
+        .add<Self>("freeResolution", &Self::freeResolution, {"m", aboveZero, "1 cell"},
+                   "distance between free points on a ray")
+        .add<Self>("freeMargin", &Self::freeMargin, {"m", fromZero, "1 cell"},
+                   "no free point is nearer to its ray's hit")
+        .add<Self>("freeWeight", &Self::freeWeight, {"", {0, 1e3}}, "weight of free evidence")
+        .add<Self>("freeDownsampling", &Self::freeDownsampling, {"m", fromZero},
+                   "edge of the voxels in which free points are averaged (centroids); 0: they are not")
+        .add<Self>("trainingPoints", &Self::trainingPoints,
+                   OptionTable::Traits::oneOf({"cells", "centroids"}),
+                   "hit and free cells of a scan once each, or the mean points of voxels")
+        .add<Self>("hitDownsampling", &Self::hitDownsampling, {"m", fromZero, "1 cell"},
+                   "edge of the voxels in which hits are averaged (centroids); 0: they are not")
+        .add<Self>("protectHits", &Self::protectHits, {"", {0, 4294967295.0}},
+                   "a cell with so many hits in a scan takes no free evidence from it; 0: none is protected")
+        .add<Self>("kernel", &Self::kernel,
+                   OptionTable::Traits::oneOf({"sparse", "sparseMatern32", "wendlandC2"}),
+                   "how evidence falls with distance")
+        .add<Self>("kernelSupport", &Self::kernelSupport, {"m", aboveZero, "2 cells"},
+                   "distance from which on a point says nothing")
+        .add<Self>("kernelScale", &Self::kernelScale, {"", {0, 1e3, false}}, "evidence at distance zero");
+    addRangeOptions<Self>(all);
+    addThresholdOptions<Self>(all);
+    return addVarianceThresholdOption<Self>(all);
+  }();
   return table;
 }
 
@@ -139,65 +123,40 @@ void CBGKMap::TInsertionOptions::validate() const
 
 CBGKMap::TMapDefinition::TMapDefinition() = default;
 
+void CBGKMap::TMapDefinition::usePreset()
+{
+  const BgkOptions preset = presetOptions(creationOpts.preset);
+  static_cast<BgkStructure&>(creationOpts) = preset.structure;
+  static_cast<BgkInference&>(insertionOpts) = preset.inference;
+}
+
+CBGKMap::TInsertionOptions CBGKMap::TMapDefinition::resolvedInsertion() const
+{
+  insertionOpts.BgkInference::validate(creationOpts.resolution);
+  return TInsertionOptions(insertionOpts.resolved(creationOpts.resolution));
+}
+
 void CBGKMap::TMapDefinition::loadFromConfigFile_map_specific(const mrpt::config::CConfigFileBase& source,
                                                               const std::string& sectionNamePrefix)
 {
-  requireKnownSections(source, sectionNamePrefix);
-  const std::string creationSection = sectionNamePrefix + kCreationSection;
-  const std::string insertSection = sectionNamePrefix + kInsertSection;
-  if (hasKey(source, creationSection, "preset"))
-  {
-    TCreationOptions named;
-    named.loadFromConfigFile(source, creationSection);
-    const BgkOptions preset = presetOptions(named.preset);
-    static_cast<BgkStructure&>(creationOpts) = preset.structure;
-    static_cast<BgkInference&>(insertionOpts) = preset.inference;
-  }
-  creationOpts.loadFromConfigFile(source, creationSection);
-  insertionOpts.loadFromConfigFile(source, insertSection);
-  likelihoodOpts.loadFromConfigFile(source, sectionNamePrefix + kLikelihoodSection);
-  renderingOpts.loadFromConfigFile(source, sectionNamePrefix + kRenderSection);
-  try
-  {
-    insertionOpts.BgkInference::validate(creationOpts.resolution);
-  }
-  catch (const std::invalid_argument& error)
-  {
-    throw std::invalid_argument(
-        withoutBrackets("section \"" + insertSection + "\" of " + nameOf(source) + ": " + error.what()));
-  }
+  loadDefinition(*this, source, sectionNamePrefix);
 }
 
 void CBGKMap::TMapDefinition::saveToConfigFile(mrpt::config::CConfigFileBase& target,
                                                const std::string& sectionPrefix) const
 {
-  creationOpts.saveToConfigFile(target, sectionPrefix + kCreationSection);
-  genericMapParams.saveToConfigFile(target, sectionPrefix + kCreationSection);
-  TInsertionOptions(insertionOpts.resolved(creationOpts.resolution))
-      .saveToConfigFile(target, sectionPrefix + kInsertSection);
-  likelihoodOpts.saveToConfigFile(target, sectionPrefix + kLikelihoodSection);
-  renderingOpts.saveToConfigFile(target, sectionPrefix + kRenderSection);
+  saveDefinition(*this, target, sectionPrefix);
 }
 
 void CBGKMap::TMapDefinition::dumpToTextStream_map_specific(std::ostream& out) const
 {
-  creationOpts.dumpToTextStream(out);
-  TInsertionOptions(insertionOpts.resolved(creationOpts.resolution)).dumpToTextStream(out);
-  likelihoodOpts.dumpToTextStream(out);
-  renderingOpts.dumpToTextStream(out);
+  dumpDefinition(*this, out);
 }
 
 compat::CreatedMap CBGKMap::internal_CreateFromMapDefinition(
     const mrpt::maps::TMetricMapInitializer& initializer)
 {
-  const auto& definition = dynamic_cast<const TMapDefinition&>(initializer);
-  auto map = std::make_unique<CBGKMap>(definition.creationOpts);
-  definition.insertionOpts.BgkInference::validate(map->resolution());
-  map->insertionOptions = TInsertionOptions(definition.insertionOpts.resolved(map->resolution()));
-  map->likelihoodOptions = definition.likelihoodOpts;
-  map->renderingOptions = definition.renderingOpts;
-  map->genericMapParams = definition.genericMapParams;
-  return compat::handOver(std::move(map));
+  return createDefined<CBGKMap>(initializer);
 }
 
 // ---- The map
@@ -312,14 +271,7 @@ void CBGKMap::updateVoxel(double x, double y, double z, bool occupied)
 
 void CBGKMap::visitOptionGroups(const VisitGroup& visit) const
 {
-  TCreationOptions creation;
-  visit(creationOptions_, creation);
-  TInsertionOptions insertion;
-  visit(TInsertionOptions(insertionOptions.resolved(resolution())), insertion);
-  TLikelihoodOptions likelihood;
-  visit(likelihoodOptions, likelihood);
-  TRenderingOptions rendering;
-  visit(renderingOptions, rendering);
+  visitGroups(creationOptions_, TInsertionOptions(insertionOptions.resolved(resolution())), *this, visit);
 }
 
 void CBGKMap::internal_clear()
@@ -340,10 +292,7 @@ void CBGKMap::serializeTo(mrpt::serialization::CArchive& out) const
 {
   ByteWriter content;
   writeBgkMap(creationOptions_, map_, content);
-  TInsertionOptions(insertionOptions.resolved(resolution())).write(content);
-  likelihoodOptions.write(content);
-  renderingOptions.write(content);
-  writeGenericParams(genericMapParams, content);
+  writeOptions(TInsertionOptions(insertionOptions.resolved(resolution())), *this, content);
   writePayload(out, content.bytes());
 }
 
@@ -356,13 +305,7 @@ void CBGKMap::serializeFrom(mrpt::serialization::CArchive& in, uint8_t version)
   TCreationOptions creation;
   BgkMap map = readBgkMap(creation, content);
   TInsertionOptions insertion;
-  insertion.read(content);
-  TLikelihoodOptions likelihood;
-  likelihood.read(content);
-  TRenderingOptions rendering;
-  rendering.read(content);
-  mrpt::maps::TMapGenericParams generic;
-  readGenericParams(generic, content);
+  const StoredOptions others = readOptions(insertion, content);
   content.expectEnd();
   try
   {
@@ -376,9 +319,7 @@ void CBGKMap::serializeFrom(mrpt::serialization::CArchive& in, uint8_t version)
   creationOptions_ = creation;
   map_ = std::move(map);
   insertionOptions = insertion;
-  likelihoodOptions = likelihood;
-  renderingOptions = rendering;
-  genericMapParams = generic;
+  others.handTo(*this);
   contentChanged();
 }
 

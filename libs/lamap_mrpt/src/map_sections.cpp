@@ -41,18 +41,33 @@ std::vector<std::string> genericMapKeys()
   return {"enableSaveAs3DObject", "enableObservationLikelihood", "enableObservationInsertion"};
 }
 
-void writeGenericParams(const mrpt::maps::TMapGenericParams& params, ByteWriter& out)
+void StoredOptions::handTo(CLearnedMap& map) const
 {
-  out.number(params.enableSaveAs3DObject);
-  out.number(params.enableObservationLikelihood);
-  out.number(params.enableObservationInsertion);
+  map.likelihoodOptions = likelihood;
+  map.renderingOptions = rendering;
+  map.genericMapParams = generic;
 }
 
-void readGenericParams(mrpt::maps::TMapGenericParams& params, ByteReader& in)
+void writeOptions(const TOptionGroup& insertion, const CLearnedMap& map, ByteWriter& out)
 {
-  params.enableSaveAs3DObject = in.number<bool>();
-  params.enableObservationLikelihood = in.number<bool>();
-  params.enableObservationInsertion = in.number<bool>();
+  insertion.write(out);
+  map.likelihoodOptions.write(out);
+  map.renderingOptions.write(out);
+  out.number(map.genericMapParams.enableSaveAs3DObject);
+  out.number(map.genericMapParams.enableObservationLikelihood);
+  out.number(map.genericMapParams.enableObservationInsertion);
+}
+
+StoredOptions readOptions(TOptionGroup& insertion, ByteReader& in)
+{
+  insertion.read(in);
+  StoredOptions stored;
+  stored.likelihood.read(in);
+  stored.rendering.read(in);
+  stored.generic.enableSaveAs3DObject = in.number<bool>();
+  stored.generic.enableObservationLikelihood = in.number<bool>();
+  stored.generic.enableObservationInsertion = in.number<bool>();
+  return stored;
 }
 
 void refuseVersion(const char* className, uint8_t version, uint8_t newestKnown)

@@ -93,6 +93,8 @@ class CBGKMap : public CLearnedMap
   TInsertionOptions insertionOpts;
   TLikelihoodOptions likelihoodOpts;
   TRenderingOptions renderingOpts;
+  void usePreset();
+  [[nodiscard]] TInsertionOptions resolvedInsertion() const;
   /// As loadFromConfigFile() reads it, with the lengths that are given in cells resolved.
   void saveToConfigFile(mrpt::config::CConfigFileBase& target,
                         const std::string& sectionPrefix) const override;

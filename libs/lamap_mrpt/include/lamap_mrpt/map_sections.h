@@ -22,9 +22,36 @@ void requireKnownSections(const mrpt::config::CConfigFileBase& source, const std
 /// Keys in creationOpts that MRPT reads for every map, all of them yes or no.
 [[nodiscard]] std::vector<std::string> genericMapKeys();
 
-/// MRPT's options of every map, for the content of files.
-void writeGenericParams(const mrpt::maps::TMapGenericParams& params, ByteWriter& out);
-void readGenericParams(mrpt::maps::TMapGenericParams& params, ByteReader& in);
+/// The options of a map that do not depend on its learner.
+struct StoredOptions
+{
+  CLearnedMap::TLikelihoodOptions likelihood;
+  CLearnedMap::TRenderingOptions rendering;
+  mrpt::maps::TMapGenericParams generic;
+
+  void handTo(CLearnedMap& map) const;
+};
+
+/// What follows a map's cells in its files: its insertion options, and those that do not depend on the
+/// learner.
+void writeOptions(const TOptionGroup& insertion, const CLearnedMap& map, ByteWriter& out);
+/// @throws std::runtime_error as TOptionGroup::read().
+[[nodiscard]] StoredOptions readOptions(TOptionGroup& insertion, ByteReader& in);
+
+/// As CLearnedMap::visitOptionGroups() is to: the four groups, each with a new one of its class.
+template <typename Creation, typename Insertion>
+void visitGroups(const Creation& creation, const Insertion& insertion, const CLearnedMap& map,
+                 const CLearnedMap::VisitGroup& visit)
+{
+  Creation newCreation;
+  visit(creation, newCreation);
+  Insertion newInsertion;
+  visit(insertion, newInsertion);
+  CLearnedMap::TLikelihoodOptions newLikelihood;
+  visit(map.likelihoodOptions, newLikelihood);
+  CLearnedMap::TRenderingOptions newRendering;
+  visit(map.renderingOptions, newRendering);
+}
 
 /// "format version 3; this program reads version 1 …", for a version that is not read here.
 [[noreturn]] void refuseVersion(const char* className, uint8_t version, uint8_t newestKnown);

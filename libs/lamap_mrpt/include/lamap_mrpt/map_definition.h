@@ -1,0 +1,86 @@
+#pragma once
+
+#include <lamap_mrpt/map_sections.h>
+#include <lamap_mrpt/mrpt_compat.h>
+#include <lamap_mrpt/option_table.h>
+#include <mrpt/maps/TMetricMapInitializer.h>
+
+#include <memory>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+
+// What the definitions of all learned maps do alike. A definition has the groups creationOpts, insertionOpts,
+// likelihoodOpts and renderingOpts, and
+//   void usePreset()                       sets creation and insertion options to what creationOpts.preset
+//   names TInsertionOptions resolvedInsertion()  insertion options as they hold for a map of these creation
+//   options,
+//                                          lengths that are given in cells in metres; throws
+//                                          std::invalid_argument if the two do not fit together
+namespace lamap
+{
+/** Reads a definition: a preset is applied first, wherever it stands.
+ * @param prefix of its sections, e.g. "map_bgkMap_00"
+ * @throws std::invalid_argument naming file, section, key and text, and what would be right. */
+template <typename Definition>
+void loadDefinition(Definition& definition, const mrpt::config::CConfigFileBase& source,
+                    const std::string& prefix)
+{
+  requireKnownSections(source, prefix);
+  const std::string creationSection = prefix + kCreationSection;
+  const std::string insertSection = prefix + kInsertSection;
+  if (hasKey(source, creationSection, "preset"))
+  {
+    definition.creationOpts.loadFromConfigFile(source, creationSection);
+    definition.usePreset();
+  }
+  definition.creationOpts.loadFromConfigFile(source, creationSection);
+  definition.insertionOpts.loadFromConfigFile(source, insertSection);
+  definition.likelihoodOpts.loadFromConfigFile(source, prefix + kLikelihoodSection);
+  definition.renderingOpts.loadFromConfigFile(source, prefix + kRenderSection);
+  try
+  {
+    (void)definition.resolvedInsertion();
+  }
+  catch (const std::invalid_argument& error)
+  {
+    throw std::invalid_argument(
+        withoutBrackets("section \"" + insertSection + "\" of " + nameOf(source) + ": " + error.what()));
+  }
+}
+
+/// As loadDefinition() reads it.
+template <typename Definition>
+void saveDefinition(const Definition& definition, mrpt::config::CConfigFileBase& target,
+                    const std::string& prefix)
+{
+  definition.creationOpts.saveToConfigFile(target, prefix + kCreationSection);
+  definition.genericMapParams.saveToConfigFile(target, prefix + kCreationSection);
+  definition.resolvedInsertion().saveToConfigFile(target, prefix + kInsertSection);
+  definition.likelihoodOpts.saveToConfigFile(target, prefix + kLikelihoodSection);
+  definition.renderingOpts.saveToConfigFile(target, prefix + kRenderSection);
+}
+
+template <typename Definition>
+void dumpDefinition(const Definition& definition, std::ostream& out)
+{
+  definition.creationOpts.dumpToTextStream(out);
+  definition.resolvedInsertion().dumpToTextStream(out);
+  definition.likelihoodOpts.dumpToTextStream(out);
+  definition.renderingOpts.dumpToTextStream(out);
+}
+
+/// Makes the map that a definition of its class asks for.
+template <typename Map>
+compat::CreatedMap createDefined(const mrpt::maps::TMetricMapInitializer& initializer)
+{
+  const auto& definition = dynamic_cast<const typename Map::TMapDefinition&>(initializer);
+  auto map = std::make_unique<Map>(definition.creationOpts);
+  map->insertionOptions = definition.resolvedInsertion();
+  map->likelihoodOptions = definition.likelihoodOpts;
+  map->renderingOptions = definition.renderingOpts;
+  map->genericMapParams = definition.genericMapParams;
+  return compat::handOver(std::move(map));
+}
+
+}  // namespace lamap
