@@ -18,16 +18,6 @@ BlockShape shapeOf(const BgkStructure& structure)
   return BlockShape(structure.blockDepth - 1, structure.planar);
 }
 
-bool mergeEqual(const DenseBlock& block, uint32_t first, uint32_t count, Evidence& merged)
-{
-  merged = block.at(first);
-  for (uint32_t i = first + 1; i < first + count; ++i)
-  {
-    if (!(block.at(i) == merged)) return false;
-  }
-  return true;
-}
-
 uint64_t roundedMean(uint64_t sumHigh, uint64_t sumLow, uint32_t count)
 {
   // Counts may have 63 bits: their sum is kept in two parts of 32 bits each.
@@ -36,12 +26,9 @@ uint64_t roundedMean(uint64_t sumHigh, uint64_t sumLow, uint32_t count)
   return (high << 32) + (rest + count / 2) / count;
 }
 
-/// Pruning::State: an octant whose cells have one state is held with its mean evidence, if that changes no
-/// cell's state.
-bool mergeSameState(const DenseBlock& block, uint32_t first, uint32_t count, Evidence& merged,
-                    const std::function<CellState(uint32_t, const Evidence&)>& stateOf)
+/// Mean evidence of the cells of an octant.
+Evidence meanOf(const DenseBlock& block, uint32_t first, uint32_t count)
 {
-  const CellState state = stateOf(first, block.at(first));
   uint64_t occupiedHigh = 0;
   uint64_t occupiedLow = 0;
   uint64_t freeHigh = 0;
@@ -50,20 +37,14 @@ bool mergeSameState(const DenseBlock& block, uint32_t first, uint32_t count, Evi
   for (uint32_t i = first; i < first + count; ++i)
   {
     const Evidence evidence = block.at(i);
-    if (stateOf(i, evidence) != state) return false;
     occupiedHigh += evidence.occupied >> 32;
     occupiedLow += evidence.occupied & kLow;
     freeHigh += evidence.free >> 32;
     freeLow += evidence.free & kLow;
   }
-  merged.occupied = roundedMean(occupiedHigh, occupiedLow, count);
-  merged.free = roundedMean(freeHigh, freeLow, count);
-  if (!merged.any()) (occupiedLow > freeLow ? merged.occupied : merged.free) = 1;
-  for (uint32_t i = first; i < first + count; ++i)
-  {
-    if (stateOf(i, merged) != state) return false;
-  }
-  return true;
+  Evidence mean{roundedMean(occupiedHigh, occupiedLow, count), roundedMean(freeHigh, freeLow, count)};
+  if (!mean.any()) (occupiedLow > freeLow ? mean.occupied : mean.free) = 1;
+  return mean;
 }
 
 /// More threads than the machine has would only take turns.
@@ -141,7 +122,12 @@ OctantRule BgkMap::ruleFor(const BlockIndex& block, const StateThresholds& thres
                       thresholds)
           .state;
     };
-    return mergeSameState(dense, begin, count, merged, stateOf);
+    const auto setMean = [&](Evidence& mean)
+    {
+      mean = meanOf(dense, begin, count);
+      return true;
+    };
+    return mergeSameState(dense, begin, count, merged, setMean, stateOf);
   };
   return {Pruning::State, merger};
 }

@@ -80,10 +80,7 @@ void BgkInference::validate(double resolution_m) const
   requireNotNegative("maxRange", maxRange);
   requireLegal(maxRange == 0 || maxRange > minRange, "maxRange", maxRange, "0, or more than minRange");
   requireLegal(rayDecimation >= 1, "rayDecimation", rayDecimation, "a whole number >= 1");
-  requireLegal(thresholds.free >= 0 && thresholds.free <= 1, "freeThreshold", thresholds.free, "from 0 to 1");
-  requireLegal(thresholds.occupied >= thresholds.free && thresholds.occupied <= 1, "occupiedThreshold",
-               thresholds.occupied, "from freeThreshold to 1");
-  requireNotNegative("varianceThreshold", thresholds.variance);
+  thresholds.validate();
 }
 
 bool operator==(const BgkStructure& a, const BgkStructure& b)

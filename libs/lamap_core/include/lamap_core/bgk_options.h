@@ -1,20 +1,14 @@
 #pragma once
 
 #include <lamap_core/kernel.h>
+#include <lamap_core/octant_rule.h>
+#include <lamap_core/state_thresholds.h>
 
 #include <cstdint>
 #include <optional>
 
 namespace lamap
 {
-/// How a block holds cells that agree (test-data octrees, thesis 4.2.3).
-enum class Pruning
-{
-  None,      ///< every cell by itself
-  Lossless,  ///< cells of an octant are held once where their evidence is equal
-  State  ///< cells of an octant are held once, with their mean evidence, where their state is equal (thesis)
-};
-
 /// Where a ray says "free".
 enum class FreeSpace
 {
@@ -45,14 +39,6 @@ struct BgkStructure
   void validate() const;
 
   friend bool operator==(const BgkStructure& a, const BgkStructure& b);
-};
-
-/// Thesis eq. (4.9).
-struct StateThresholds
-{
-  double free = 0.3;      ///< a cell is free below this P(occupied); in [0, 1], not above `occupied`
-  double occupied = 0.7;  ///< a cell is occupied above this P(occupied); in [0, 1]
-  double variance = 0.0;  ///< cells whose variance is not below are unknown; 0: not looked at
 };
 
 /** How scans become evidence. Lengths are in metres; those left empty are given in cells: see resolved(). */

@@ -3,22 +3,14 @@
 #include <lamap_core/bgk_training.h>
 #include <lamap_core/block_grid.h>
 #include <lamap_core/cell_stencil.h>
+#include <lamap_core/octant_rule.h>
 #include <lamap_core/point_sums.h>
 
-#include <functional>
 #include <memory>
 #include <vector>
 
 namespace lamap
 {
-/// How octants of one block of the map are held once.
-struct OctantRule
-{
-  Pruning pruning = Pruning::None;
-  OctantMerger merger;  ///< empty for Pruning::None
-};
-using RuleForBlock = std::function<OctantRule(const BlockIndex& block)>;
-
 /** Adds ȳ and k̄ − ȳ of one scan (thesis eq. 4.5, 4.6) to the cells of a grid; keeps its working memory
  * between scans.
  *
