@@ -1,0 +1,157 @@
+// lamap eval as a user calls it: exit codes, and what stands on which stream.
+#include <gtest/gtest.h>
+#include <lamap_mrpt/CBGKMap.h>
+#include <lamap_mrpt/map_file.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "support/small_logs.h"
+#include "support/temporary_folder.h"
+
+namespace
+{
+using namespace lamap;
+
+class EvalCommand : public testing::Test
+{
+ protected:
+  EvalCommand()
+  {
+    CBGKMap map(0.1);
+    std::string truth = "x,y,z,label\n";
+    for (int i = 0; i < 20; ++i)
+    {
+      const double x = 0.1 * i + 0.05;
+      map.updateVoxel(x, 0.05, 0.05, true);
+      map.updateVoxel(x, 0.55, 0.05, false);
+      truth += std::to_string(x) + ",0.05,0.05,1\n" + std::to_string(x) + ",0.55,0.05,0\n";
+    }
+    saveMapFile(map, folder_ / "a.lamap.gz");
+    saveMapFile(CBGKMap(0.1), folder_ / "empty.lamap.gz");
+    folder_.write("t.csv", truth);
+    test::Objects log;
+    for (int i = 0; i < 6; ++i)
+    {
+      log.push_back(test::odometry(test::at(i), 0.01 * i, 0, 0));
+      log.push_back(test::laser(test::at(i), 2));
+    }
+    test::writeLog(folder_ / "log.rawlog", log);
+  }
+
+  /// A $ stands for the folder of the test.
+  int run(const std::string& arguments)
+  {
+    std::string command =
+        std::string(LAMAP_PROGRAM) + " eval " + arguments + " > $/stdout 2> $/stderr < /dev/null";
+    for (size_t at = 0; (at = command.find('$', at)) != std::string::npos;)
+      command.replace(at, 1, folder_.path());
+    const int status = std::system(command.c_str());
+    out_ = test::fileContent(folder_ / "stdout");
+    err_ = test::fileContent(folder_ / "stderr");
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  bool exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
+
+  test::TemporaryFolder folder_;
+  std::string out_;
+  std::string err_;
+};
+
+TEST_F(EvalCommand, ScoresSeveralMapsInOneTable)
+{
+  ASSERT_EQ(std::system((std::string(LAMAP_PROGRAM) + " export " + (folder_ / "a.lamap.gz") + " -o " +
+                         (folder_ / "a.ot") + " > /dev/null")
+                            .c_str()),
+            0);
+  ASSERT_EQ(
+      run("$/a.lamap.gz $/a.ot --truth $/t.csv --thresholds 0.5,0.7 --roc $/r.csv --calibration $/c.csv"), 0)
+      << err_;
+  EXPECT_NE(out_.find("t.csv: 40 cells, 20 of them occupied"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("lamap::CBGKMap"), std::string::npos);
+  EXPECT_NE(out_.find("octomap::OcTree"), std::string::npos);
+  EXPECT_NE(out_.find("p > 0.5"), std::string::npos);
+  EXPECT_EQ(err_, "");
+  EXPECT_TRUE(exists("r.csv") && exists("c.csv"));
+}
+
+TEST_F(EvalCommand, GivesJson)
+{
+  ASSERT_EQ(run("$/a.lamap.gz --truth $/t.csv --json"), 0) << err_;
+  const auto json = nlohmann::json::parse(out_);
+  EXPECT_EQ(json["truth"]["cells"], 40);
+  EXPECT_EQ(json["maps"][0]["all"]["auc"], 1.0);
+  EXPECT_EQ(json["maps"][0]["observedShare"], 1.0);
+}
+
+TEST_F(EvalCommand, ScoresAgainstScansHeldOut)
+{
+  for (const std::string map : {"bgkMap", "octoMap"})
+  {
+    ASSERT_EQ(run("--held-out 3 -i $/log.rawlog -m " + map + " --json --max-range 5 --calibration $/c.csv"),
+              0)
+        << err_;
+    const auto json = nlohmann::json::parse(out_);
+    EXPECT_EQ(json["heldOut"]["scans"], 2);
+    EXPECT_GT(json["maps"][0]["all"]["cells"], 20);
+    EXPECT_GT(json["maps"][0]["all"]["auc"], 0.7);
+  }
+  ASSERT_EQ(run("--held-out 3 -i $/log.rawlog -m bgkMap"), 0) << err_;
+  EXPECT_NE(out_.find("2 scans held out, 4 in the map"), std::string::npos) << out_;
+}
+
+TEST_F(EvalCommand, ALogThatWasCutShortIsScoredAndReported)
+{
+  std::filesystem::resize_file(folder_ / "log.rawlog",
+                               std::filesystem::file_size(folder_ / "log.rawlog") - 20);
+  EXPECT_EQ(run("--held-out 2 -i $/log.rawlog -m bgkMap"), 1);
+  EXPECT_NE(out_.find("scans held out"), std::string::npos) << out_ << err_;
+  EXPECT_NE(err_.find("log.rawlog"), std::string::npos) << err_;
+  EXPECT_EQ(run("--held-out 2 -i $/log.rawlog -m bgkMap --allow-truncated"), 0);
+}
+
+TEST_F(EvalCommand, WrongUsageEndsWith2)
+{
+  for (const char* wrong :
+       {"", "$/a.lamap.gz", "--truth $/t.csv", "--held-out 1 -i $/log.rawlog -m bgkMap",
+        "--held-out x -i $/log.rawlog -m bgkMap", "--held-out 3 -m bgkMap", "--held-out 3 -i $/log.rawlog",
+        "$/a.lamap.gz --truth $/t.csv -m bgkMap", "$/a.lamap.gz --truth $/t.csv --held-out 3 -i $/log.rawlog",
+        "--held-out 3 -i $/log.rawlog -m bgkMop",
+        "--held-out 3 -i $/log.rawlog -m bgkMap -s insertOpts.maxrnge=3",
+        "$/a.lamap.gz --truth $/t.csv --thresholds 1.5", "$/a.lamap.gz --truth $/t.csv --roc $/r.gif",
+        "--held-out 3 -i $/log.rawlog -m bgkMap --max-range -1"})
+  {
+    EXPECT_EQ(run(wrong), 2) << wrong;
+    EXPECT_NE(err_, "") << wrong;
+    EXPECT_EQ(out_, "") << wrong;
+  }
+}
+
+TEST_F(EvalCommand, WhatCannotBeScoredEndsWith1AndIsNamed)
+{
+  folder_.write("bad.csv", "x,y,z,label\n0.05,0.05,0.05,1\n0.15,0.05,0.05,maybe\n");
+  folder_.write("far.csv", "x,y,z,label\n70.05,0.05,0.05,1\n70.15,0.05,0.05,0\n");
+  folder_.write("one.csv", "x,y,z,label\n0.05,0.05,0.05,1\n0.15,0.05,0.05,1\n");
+  const std::pair<const char*, const char*> cases[] = {
+      {"$/a.lamap.gz --truth $/none.csv", "none.csv"},
+      {"$/none.lamap.gz --truth $/t.csv", "none.lamap.gz"},
+      {"$/a.lamap.gz --truth $/bad.csv", "bad.csv:3: label is 'maybe'"},
+      {"$/a.lamap.gz --truth $/far.csv", "none of the cells of"},
+      {"$/empty.lamap.gz --truth $/t.csv", "empty.lamap.gz: is empty"},
+      {"$/a.lamap.gz --truth $/one.csv --roc $/r.csv", "no ROC curve"},
+      {"$/a.lamap.gz --truth $/t.csv --roc $/no/r.csv", "does not exist"},
+      {"--held-out 7 -i $/log.rawlog -m bgkMap", "6 usable scans"},
+      {"--held-out 2 -i $/none.rawlog -m bgkMap", "none.rawlog"}};
+  for (const auto& [arguments, message] : cases)
+  {
+    EXPECT_EQ(run(arguments), 1) << arguments;
+    EXPECT_NE(err_.find(message), std::string::npos) << arguments << ": " << err_;
+    EXPECT_EQ(out_, "") << arguments;
+  }
+  EXPECT_FALSE(exists("r.csv"));
+  EXPECT_EQ(run("$/a.lamap.gz --truth $/one.csv"), 0) << "the other scores are given";
+  EXPECT_NE(out_.find("AUC and average precision are undefined"), std::string::npos) << out_;
+}
+}  // namespace
