@@ -17,6 +17,7 @@ void addQuery(CLI::App& app, Action& action);
 void addEval(CLI::App& app, Action& action);
 void addExport(CLI::App& app, Action& action);
 void addRender(CLI::App& app, Action& action);
+void addSimulate(CLI::App& app, Action& action);
 /// @param program  what takeProgram() took from the command line
 void addRun(CLI::App& app, Action& action, const std::vector<std::string>& program);
 

@@ -51,6 +51,7 @@ int main(int argc, char** argv)
   addEval(app, action);
   addExport(app, action);
   addRender(app, action);
+  addSimulate(app, action);
   std::vector<std::string> arguments(argv + 1, argv + argc);
   addRun(app, action, takeProgram(arguments));
   try

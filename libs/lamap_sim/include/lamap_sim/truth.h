@@ -19,7 +19,7 @@ struct TruthOptions
 {
   double resolution_m = 0.1;  ///< edge of a cell, finite, > 0
   /// Solid cells count up to this depth behind open space, counted in cells along each axis (diagonals too).
-  int depthCells = 2;
+  int depthCells = 1;
 };
 
 /** The cells of a world of which the truth is one thing, sorted by z, y, x.

@@ -1,0 +1,104 @@
+#include "commands.h"
+
+#include <lamap_tools/progress_bar.h>
+#include <lamap_tools/simulate.h>
+#include <lamap_tools/usage_error.h>
+#include <unistd.h>
+
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "legal_values.h"
+#include "stop_request.h"
+
+namespace lamap::app
+{
+namespace
+{
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+struct Arguments
+{
+  tools::SimulateOptions options;
+  double angleNoise_deg = 0;
+  std::vector<double> poseNoise;  ///< m and degrees
+};
+
+int simulate(Arguments arguments)
+{
+  tools::SimulateOptions& options = arguments.options;
+  options.noise.angle_rad = arguments.angleNoise_deg * kDegree;
+  if (!arguments.poseNoise.empty())
+  {
+    options.noise.position_m = arguments.poseNoise.at(0);
+    options.noise.turn_rad = arguments.poseNoise.at(1) * kDegree;
+  }
+  catchStopSignals();
+  options.shouldStop = stopRequested;
+  tools::SimulateReport report;
+  {
+    tools::ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
+    report = tools::simulate(options, [&](const tools::BuildProgress& progress) { bar.show(progress); });
+  }
+  if (report.stopped)
+  {
+    std::cerr << "lamap: stopped by the user; nothing is written\n";
+    return kStopped;
+  }
+  tools::printReport(report, options, std::cout);
+  return 0;
+}
+
+void describeNoise(CLI::App& command, Arguments& arguments)
+{
+  tools::SimulateOptions& options = arguments.options;
+  const auto add = [&](const char* flag, double& number, const char* what)
+  { command.add_option(flag, number, what)->group("Noise (standard deviations; default none)"); };
+  add("--range-noise", options.noise.range_m, "Of each range [m]");
+  add("--angle-noise", arguments.angleNoise_deg, "Of each ray's direction [deg]");
+  add("--point-noise", options.noise.point_m, "Of each coordinate of each point [m] (3D lasers)");
+  add("--missing", options.noise.missing, "Share of the returns that get lost, 0 to 1");
+  add("--odometry-noise", options.odometryNoise,
+      "Of each movement in the log, as a share of its length and turn; adds up");
+  command.add_option("--pose-noise", arguments.poseNoise, "Of each pose in the log: m,deg; does not add up")
+      ->delimiter(',')
+      ->expected(2)
+      ->group("Noise (standard deviations; default none)");
+}
+}  // namespace
+
+void addSimulate(CLI::App& app, Action& action)
+{
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("simulate", "Make a world whose truth is known, and a log of a sensor in it");
+  tools::SimulateOptions& options = arguments->options;
+  command->add_option("world", options.world, "structured, unstructured, corridor, pier, station or flatland")
+      ->required();
+  command
+      ->add_option("-o,--output", options.outPath,
+                   "The log, .rawlog or .simplemap; beside it a .tum with the true poses and an .ini for "
+                   "lamap build -c")
+      ->required();
+  command->add_option("--truth", options.truthPaths,
+                      "The truth, .csv (x,y,z,label) or .bt (OctoMap); may be given for both");
+  command->add_option("--seed", options.seed, "Of the world and of all noise")->capture_default_str();
+  command->add_option("--sensor", options.sensor,
+                      "sector-laser, pan-tilt-laser, lidar16, planar-laser, sonar or sonar-range; default: "
+                      "the world's own");
+  command->add_option("--scans", options.scans, "How many (sweeps of a sonar); default: the world's own");
+  command->add_option("--max-range", options.rangeMax_m, "Of the sensor [m]; default: its own");
+  command->add_option("--trajectory", options.trajectory,
+                      "stops, driving, or a file of poses (TUM format), one a scan");
+  command->add_option("--at", options.standAt,
+                      "x,y,z or x,y,z,yaw [m, deg]: the sensor stands there for all scans");
+  command->add_option("--resolution", options.resolution_m, "Edge of the truth's cells [m]")
+      ->capture_default_str();
+  command->add_option("--truth-depth", options.truthDepth_m,
+                      "How deep behind a surface solid cells count [m]; default: one cell");
+  describeNoise(*command, *arguments);
+  command->callback([&action, arguments] { action = [arguments] { return simulate(*arguments); }; });
+}
+
+}  // namespace lamap::app

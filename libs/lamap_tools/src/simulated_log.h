@@ -1,0 +1,52 @@
+#pragma once
+
+#include <lamap_sim/scanner.h>
+#include <mrpt/poses/CPose3D.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace lamap::tools
+{
+class FileOutput;
+
+/// How a log tells of poses.
+struct LogOptions
+{
+  sim::SensorModel sensor;
+  sim::NoiseOptions noise;
+  double odometryNoise = 0;  ///< share of each movement
+  uint64_t seed = 0;         ///< of the odometry's noise
+};
+
+/// When a shot (a scan, or a ping of a sonar) is made, in seconds since 1970.
+[[nodiscard]] double timeOfShot(const sim::SensorModel& sensor, size_t shot);
+
+/// The robot's pose in the log: the sensor's own, but on the ground below a planar sensor.
+[[nodiscard]] sim::Pose robotPose(const sim::SensorModel& sensor, const sim::Pose& sensorPose);
+
+/** Writes a log shot by shot, in the classes that MRPT has for it.
+ *
+ * A 3D laser's scan is a CObservationPointCloud in the sensor's frame, which is the robot's; a planar one's a
+ * CObservation2DRangeScan; a ping's echoes are CObservation2DRangeScans of one beam, or a CObservationRange
+ * where only one echo is kept. */
+class SimulatedLog
+{
+ public:
+  virtual ~SimulatedLog() = default;
+  /// @param reported  where the log says that the sensor was
+  virtual void addScan(const sim::Pose& reported, const std::vector<sim::BeamReading>& readings) = 0;
+  virtual void addPing(const sim::Pose& reported, const sim::HeadTurn& head,
+                       const std::vector<sim::Echo>& echoes) = 0;
+  /// Writes what is left; the file is not yet in its place.
+  virtual void finish() = 0;
+};
+
+/// `.rawlog`: a movement and a sensory frame for each shot. The first movement leads from the identity to the
+/// first pose.
+[[nodiscard]] std::unique_ptr<SimulatedLog> makeRawlog(FileOutput& file, const LogOptions& options);
+/// `.simplemap`: a pose with the covariance of the pose noise and a sensory frame for each shot.
+[[nodiscard]] std::unique_ptr<SimulatedLog> makeSimplemap(FileOutput& file, const LogOptions& options);
+
+}  // namespace lamap::tools
