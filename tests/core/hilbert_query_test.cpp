@@ -120,6 +120,10 @@ TEST(CompactQueryProperty, BlocksListsAndPointsEqualTheSumOverAllCentres)
       const ReachedLogodds single = query.at(anchor, asList[i]);
       ASSERT_EQ(single.logodds, block[i].logodds);
       ASSERT_EQ(single.reached, block[i].reached);
+      const ReachedLogodds direct =
+          compactLogoddsAt(field.lattice, CompactKernel(), kSpacing, false, anchor, asList[i]);
+      ASSERT_EQ(direct.logodds, block[i].logodds);
+      ASSERT_EQ(direct.reached, block[i].reached);
     }
     EXPECT_GT(unreached, 0u);
   }

@@ -10,10 +10,16 @@ std::optional<HilbertFrame> HilbertFrame::inMap(const Eigen::Vector3d& near_map,
   auto cell = cellAt(near_map, resolution_m);
   if (!cell) return std::nullopt;
   if (layer) cell->z = *layer;
-  const std::array<int32_t, 3> cells = {cell->x, cell->y, cell->z};
+  return atCell(*cell, resolution_m, spacing_m, layer.has_value());
+}
+
+std::optional<HilbertFrame> HilbertFrame::atCell(const CellIndex& cell, double resolution_m, double spacing_m,
+                                                 bool planar)
+{
+  const std::array<int32_t, 3> cells = {cell.x, cell.y, cell.z};
   std::array<int32_t, 3> sites{};
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  for (size_t axis = 0; axis < (layer ? 2 : 3); ++axis)
+  for (size_t axis = 0; axis < (planar ? 2 : 3); ++axis)
   {
     const double corner = cells[axis] * resolution_m;
     // A corner of a cell on a corner of a site is there, however the product was rounded.
@@ -21,15 +27,14 @@ std::optional<HilbertFrame> HilbertFrame::inMap(const Eigen::Vector3d& near_map,
     constexpr double kLastSite = 1 << 30;
     if (!(std::abs(site) < kLastSite)) return std::nullopt;
     sites[axis] = static_cast<int32_t>(site);
-    // Far from the map's origin the difference carries the rounding of its terms; 2^-24 m does not see it.
-    origin[static_cast<int>(axis)] = std::floor((corner - site * spacing_m) * 0x1p24 + 0.5) * 0x1p-24;
+    origin[static_cast<int>(axis)] = corner - site * spacing_m;
   }
-  return HilbertFrame{ScanFrame(resolution_m, *cell, layer.has_value()),
+  return HilbertFrame{ScanFrame(resolution_m, cell, planar),
                       {sites[0], sites[1], sites[2]},
                       origin,
                       resolution_m,
                       spacing_m,
-                      layer.has_value()};
+                      planar};
 }
 
 HilbertFrame HilbertFrame::ofModel(double resolution_m, double spacing_m, bool planar)

@@ -90,18 +90,35 @@ void AxisReaches::requireReach(const CompactKernel& kernel, double spacing_m)
                    ", 2/15 of the features' support");
 }
 
+namespace
+{
+/// Where in its site a coordinate is [2^-24 m].
+int64_t placeIn(int32_t site, double spacing_m, double coordinate)
+{
+  return static_cast<int64_t>(std::floor((coordinate - site * spacing_m) * 0x1p24 + 0.5));
+}
+
+}  // namespace
+
 AxisWindow AxisReaches::of(double coordinate)
 {
   const int32_t site = siteOf(coordinate, spacing_m_);
-  const auto place = static_cast<int64_t>(std::floor((coordinate - site * spacing_m_) * 0x1p24 + 0.5));
-  Entry& entry = remembered_[static_cast<size_t>(static_cast<uint64_t>(place) * 0x9E3779B97F4A7C15ULL >> 32) %
-                             kRemembered];
+  const int64_t place = placeIn(site, spacing_m_, coordinate);
+  const uint64_t hash = static_cast<uint64_t>(place) * 0x9E3779B97F4A7C15ULL;
+  Entry& entry = remembered_[static_cast<size_t>(hash >> 32) % kRemembered];
   if (entry.place != place)
   {
     entry.place = place;
-    compute(static_cast<double>(place) * 0x1p-24, entry.reach);
+    compute(kernel_, spacing_m_, static_cast<double>(place) * 0x1p-24, entry.reach);
   }
   return {site + entry.reach.first, &entry.reach};
+}
+
+int32_t AxisReaches::find(const CompactKernel& kernel, double spacing_m, double coordinate, AxisReach& reach)
+{
+  const int32_t site = siteOf(coordinate, spacing_m);
+  compute(kernel, spacing_m, static_cast<double>(placeIn(site, spacing_m, coordinate)) * 0x1p-24, reach);
+  return site;
 }
 
 AxisWindow AxisReaches::flat()
@@ -117,15 +134,16 @@ AxisWindow AxisReaches::flat()
   return {0, &kFlat};
 }
 
-void AxisReaches::compute(double place_m, AxisReach& reach) const
+void AxisReaches::compute(const CompactKernel& kernel, double spacing_m, double place_m, AxisReach& reach)
 {
-  const auto distance = [&](int32_t site) { return place_m - (site + 0.5) * spacing_m_; };
-  auto site = static_cast<int32_t>(std::floor((place_m - kernel_.support_m()) / spacing_m_ - 0.5));
-  while (!(distance(site) < kernel_.support_m())) ++site;
+  const double support = kernel.support_m();
+  const auto distance = [&](int32_t site) { return place_m - (site + 0.5) * spacing_m; };
+  auto site = static_cast<int32_t>(std::floor((place_m - support) / spacing_m - 0.5));
+  while (!(distance(site) < support)) ++site;
   reach = {};
   reach.first = site;
-  for (; reach.count < AxisReach::kMaxSites && distance(site) > -kernel_.support_m(); ++site)
-    reach.factors[static_cast<size_t>(reach.count++)] = kernel_.alongAxis(distance(site));
+  for (; reach.count < AxisReach::kMaxSites && distance(site) > -support; ++site)
+    reach.factors[static_cast<size_t>(reach.count++)] = kernel.alongAxis(distance(site));
   reach.largest = *std::max_element(reach.factors.begin(), reach.factors.end());
 }
 

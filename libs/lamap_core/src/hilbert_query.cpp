@@ -73,17 +73,14 @@ ReachedLogodds CompactQuery::sumRows(const AxisWindow& x) const
   const float* factors = x.reach->factors.data();
   const float* weights = box_.weights.data() + (x.first - box_.low.x);
   Four sum = zero;
-  for (int32_t i = 0; i < x.count(); i += 4)
-  {
-    const Four alongX = Eigen::Map<const Four>(factors + i);
-    for (const Row& row : rows_)
+  for (const Row& row : rows_)
+    for (int32_t i = 0; i < x.count(); i += 4)
     {
-      const Four product = row.yz * alongX;
+      const Four product = row.yz * Eigen::Map<const Four>(factors + i);
       const Four kernel = (product - cutoff).max(zero);
       const Four term = kernel * Eigen::Map<const Four>(weights + row.begin + i);
       sum += term;
     }
-  }
   ReachedLogodds result;
   result.logodds = (sum[0] + sum[1]) + (sum[2] + sum[3]);
   // Weights may cancel, or all be 0: then it is to be looked at whether there are any.

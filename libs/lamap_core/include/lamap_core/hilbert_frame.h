@@ -28,6 +28,10 @@ struct HilbertFrame
   static std::optional<HilbertFrame> inMap(const Eigen::Vector3d& near_map, double resolution_m,
                                            double spacing_m, std::optional<int32_t> layer);
 
+  /// The frame whose anchor is this cell. @return nothing where sites cannot be addressed.
+  static std::optional<HilbertFrame> atCell(const CellIndex& cell, double resolution_m, double spacing_m,
+                                            bool planar);
+
   /// The frame of a model that has its own cells and lattice: both start at the origin. Positions given to
   /// `cells` are to be in that frame [m].
   static HilbertFrame ofModel(double resolution_m, double spacing_m, bool planar);

@@ -106,6 +106,9 @@ class AxisReaches
 
   /// @param coordinate [m] from the corner of site 0, below 1e6. Valid until the next call.
   [[nodiscard]] AxisWindow of(double coordinate);
+  /** The same without a memory, for any thread.
+   *  @param reach is filled; @return the site that holds the coordinate */
+  static int32_t find(const CompactKernel& kernel, double spacing_m, double coordinate, AxisReach& reach);
   /// The one site along an axis that a planar map has not.
   [[nodiscard]] static AxisWindow flat();
 
@@ -121,7 +124,8 @@ class AxisReaches
     int64_t place = INT64_MIN;  ///< in the site [2^-24 m]
     AxisReach reach;
   };
-  void compute(double place_m, AxisReach& reach) const;
+  /// @param place_m in the site
+  static void compute(const CompactKernel& kernel, double spacing_m, double place_m, AxisReach& reach);
 
   static constexpr size_t kRemembered = 256;
   CompactKernel kernel_;

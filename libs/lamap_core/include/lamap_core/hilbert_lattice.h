@@ -116,6 +116,10 @@ class HilbertLattice : public SiteWeights
     const auto found = blocks_.find(index);
     return found == blocks_.end() ? nullptr : &found->second;
   }
+  [[nodiscard]] Block* find(const BlockIndex& index)
+  {
+    return const_cast<Block*>(static_cast<const HilbertLattice*>(this)->find(index));
+  }
   /// @return the weight of a site, or null.
   [[nodiscard]] const Weight* find(const CellIndex& site) const
   {

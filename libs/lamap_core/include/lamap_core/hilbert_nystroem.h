@@ -46,6 +46,11 @@ class NystroemFeatures
   /// With these inducing points [m], e.g. from a file.
   NystroemFeatures(std::vector<Eigen::Vector3d> inducing, double gamma);
 
+  [[nodiscard]] size_t memoryBytes() const
+  {
+    return components() * (sizeof(Eigen::Vector3d) + 3 * sizeof(float)) +
+           inverse_.size() * (sizeof(double) + sizeof(float));
+  }
   [[nodiscard]] size_t components() const { return inducing_.size(); }
   [[nodiscard]] double gamma() const { return gamma_; }
   [[nodiscard]] const std::vector<Eigen::Vector3d>& inducing() const { return inducing_; }

@@ -18,6 +18,13 @@ struct ReachedLogodds
   bool reached = false;
 };
 
+/** Log-odds at one point, to the last bit those of CompactQuery; allocates nothing.
+ * @param point [m] from the lowest corner of the anchor site */
+template <typename Weight>
+[[nodiscard]] ReachedLogodds compactLogoddsAt(const HilbertLattice<Weight>& lattice,
+                                              const CompactKernel& kernel, double spacing_m, bool planar,
+                                              const CellIndex& anchorSite, const Eigen::Vector3d& point);
+
 /** Reads log-odds f(x) = Σⱼ uⱼ·k(|x − cⱼ|) from the weights of compact features.
  *
  * Positions are in metres from the lowest corner of an anchor site. A point by itself, in a list or in a
@@ -67,5 +74,55 @@ class CompactQuery
   std::array<std::vector<AxisWindow>, 3> windows_;
   std::array<std::vector<AxisReach>, 3> held_;  ///< what windows_ point at
 };
+
+template <typename Weight>
+ReachedLogodds compactLogoddsAt(const HilbertLattice<Weight>& lattice, const CompactKernel& kernel,
+                                double spacing_m, bool planar, const CellIndex& anchorSite,
+                                const Eigen::Vector3d& point)
+{
+  std::array<AxisReach, 2> held;
+  AxisReach alongZ;
+  const auto windowOf = [&](double coordinate, int32_t anchor, AxisReach& reach)
+  {
+    const int32_t site = AxisReaches::find(kernel, spacing_m, coordinate, reach);
+    return AxisWindow{site + anchor + reach.first, &reach};
+  };
+  const AxisWindow x = windowOf(point.x(), anchorSite.x, held[0]);
+  const AxisWindow y = windowOf(point.y(), anchorSite.y, held[1]);
+  const AxisWindow z = planar ? AxisReaches::flat() : windowOf(point.z(), anchorSite.z, alongZ);
+
+  constexpr int kBits = kScanBlockLog2Edge;
+  // A window of kMaxSites sites lies in three blocks along an axis at most.
+  std::array<const typename HilbertLattice<Weight>::Block*, 27> blocks{};
+  const BlockIndex low{x.first >> kBits, y.first >> kBits, z.first >> kBits};
+  for (int32_t k = low.z; k <= z.last() >> kBits; ++k)
+    for (int32_t j = low.y; j <= y.last() >> kBits; ++j)
+      for (int32_t i = low.x; i <= x.last() >> kBits; ++i)
+        blocks[static_cast<size_t>(((k - low.z) * 3 + (j - low.y)) * 3 + (i - low.x))] =
+            lattice.find(BlockIndex{i, j, k});
+
+  std::array<float, 4> sums{};
+  ReachedLogodds result;
+  for (int32_t k = 0; k < z.count(); ++k)
+    for (int32_t j = 0; j < y.count(); ++j)
+    {
+      const float yz = y.factor(j) * z.factor(k);
+      if (!(kernel.fromFactors(yz, 1.0f) > 0)) continue;
+      for (int32_t i = 0; i < x.count(); ++i)
+      {
+        const CellIndex site{x.first + i, y.first + j, z.first + k};
+        const auto* block =
+            blocks[static_cast<size_t>((((site.z >> kBits) - low.z) * 3 + ((site.y >> kBits) - low.y)) * 3 +
+                                       ((site.x >> kBits) - low.x))];
+        const uint32_t offset = SiteSet::offsetOf(site);
+        if (block == nullptr || !block->has(offset)) continue;
+        const float factor = kernel.fromFactors(yz, x.factor(i));
+        sums[static_cast<size_t>(i % 4)] += factor * meanOf(block->weights[block->placeOf(offset)]);
+        result.reached = result.reached || factor > 0;
+      }
+    }
+  result.logodds = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  return result;
+}
 
 }  // namespace lamap
