@@ -1,87 +1,22 @@
-#include <lamap_core/scan_labels.h>
 #include <lamap_mrpt/CLearnedMap.h>
-#include <lamap_mrpt/cell_hash.h>
 #include <lamap_mrpt/observation_rays.h>
 #include <lamap_tools/held_out.h>
 #include <lamap_tools/usage_error.h>
 #include <mrpt/maps/CColouredOctoMap.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 #include <mrpt/maps/COctoMap.h>
-#include <tsl/robin_map.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <stdexcept>
 #include <variant>
+
+#include "held_out_cells.h"
 
 namespace lamap::tools
 {
 namespace
 {
-std::string sensorOf(const ScanItem& item)
-{
-  if (const auto* observed = std::get_if<ObservedScan>(&item)) return observed->observation->sensorLabel;
-  if (const auto* points = std::get_if<PointScan>(&item)) return points->kind;
-  return "";
-}
-
-/// How often scans showed a cell occupied and free.
-struct CellVotes
-{
-  uint64_t occupied = 0;
-  uint64_t free = 0;
-};
-
-/** Gives scans to a map or keeps them from it. What the kept ones show is counted cell by cell, so that the
- * memory depends on the place and not on the number of scans. */
-class HoldingOut
-{
- public:
-  HoldingOut(mrpt::maps::CMetricMap& map, const LabelRules& rules, size_t every)
-      : inserter_(map), rules_(rules), every_(every)
-  {
-  }
-
-  void take(const ScanItem& item)
-  {
-    const auto scan = scanOf(item);
-    if (!scan || ++scansOf_[sensorOf(item)] % every_ != 0) return inserter_.insert(item);
-    ++heldOut_;
-    const ScanLabels labels = labelCells(*scan, rules_);
-    for (const CellIndex& cell : labels.occupied) ++votes_[cell].occupied;
-    for (const CellIndex& cell : labels.free) ++votes_[cell].free;
-  }
-
-  void ask(const CellMap& cells, PredictionTally& tally) const
-  {
-    for (const auto& [cell, votes] : votes_)
-    {
-      const Eigen::Vector3d centre = cellCentre(cell, rules_.resolution_m);
-      tally.add(cells.estimateAt({centre.x(), centre.y(), centre.z()}), votes.occupied, votes.free);
-    }
-  }
-
-  [[nodiscard]] const InsertionTally& tally() const { return inserter_.tally(); }
-  [[nodiscard]] size_t heldOut() const { return heldOut_; }
-  [[nodiscard]] bool hasLabels() const { return !votes_.empty(); }
-  /// Of the sensor that gave most.
-  [[nodiscard]] size_t mostScans() const
-  {
-    size_t most = 0;
-    for (const auto& entry : scansOf_) most = std::max(most, entry.second);
-    return most;
-  }
-
- private:
-  ScanInserter inserter_;
-  LabelRules rules_;
-  size_t every_;
-  size_t heldOut_ = 0;
-  std::map<std::string, size_t> scansOf_;
-  tsl::robin_map<CellIndex, CellVotes, CellIndexHash> votes_;
-};
-
 void requireLegalOptions(const HeldOutOptions& options)
 {
   if (options.every < 2)
@@ -91,11 +26,76 @@ void requireLegalOptions(const HeldOutOptions& options)
     throw UsageError("--max-range: must be a length > 0, in m");
 }
 
+std::optional<CellEstimate> estimateOf(const CellMap& map, const CellIndex& cell, double resolution_m)
+{
+  const Eigen::Vector3d centre = cellCentre(cell, resolution_m);
+  return map.estimateAt({centre.x(), centre.y(), centre.z()});
+}
+
 std::string namesOf(const InputOptions& inputs)
 {
   std::string names;
   for (const std::string& path : inputs.paths) names += (names.empty() ? "" : ", ") + path;
   return names;
+}
+
+void requireScans(const HeldOutChoice& choice, const HeldOutCells& shown, const InsertionTally& tally,
+                  const HeldOutOptions& options)
+{
+  const std::string inputs = namesOf(options.inputs);
+  if (choice.heldOut() == 0)
+    throw std::runtime_error(inputs + ": " + std::to_string(choice.mostScans()) +
+                             " usable scans of a sensor, fewer than " + std::to_string(options.every) +
+                             ": none would be held out" + reasonsOf(tally));
+  if (tally.usedCount() == 0)
+    throw std::runtime_error(inputs + ": not one scan that the map takes" + reasonsOf(tally));
+  if (shown.empty())
+    throw std::runtime_error(inputs + ": the scans that were held out show neither hits nor free space");
+}
+}  // namespace
+
+bool HeldOutChoice::isHeldOut(const ScanItem& item)
+{
+  std::string sensor;
+  if (const auto* observed = std::get_if<ObservedScan>(&item)) sensor = observed->observation->sensorLabel;
+  if (++scansOf_[sensor] % every_ != 0) return false;
+  ++heldOut_;
+  return true;
+}
+
+size_t HeldOutChoice::mostScans() const
+{
+  size_t most = 0;
+  for (const auto& entry : scansOf_) most = std::max(most, entry.second);
+  return most;
+}
+
+void HeldOutCells::add(const ScanLabels& labels)
+{
+  for (const CellIndex& cell : labels.occupied) ++votes_[cell].occupied;
+  for (const CellIndex& cell : labels.free) ++votes_[cell].free;
+}
+
+void HeldOutCells::ask(const CellMap& map, PredictionTally& tally) const
+{
+  for (const auto& [cell, votes] : votes_)
+    tally.add(estimateOf(map, cell, resolution_m_), votes.occupied, votes.free);
+}
+
+void askAboutLabels(const CellMap& map, const ScanLabels& labels, PredictionTally& tally)
+{
+  const double resolution_m = map.resolution();
+  for (const CellIndex& cell : labels.occupied) tally.add(estimateOf(map, cell, resolution_m), 1, 0);
+  for (const CellIndex& cell : labels.free) tally.add(estimateOf(map, cell, resolution_m), 0, 1);
+}
+
+LabelRules labelRulesFor(const mrpt::maps::CMetricMap& map, const CellMap& cells, double maxRange_m)
+{
+  LabelRules rules;
+  rules.resolution_m = cells.resolution();
+  rules.maxRange_m = maxRange_m > 0 ? maxRange_m : maxRangeOf(map);
+  rules.layer = layerOf(&map);
+  return rules;
 }
 
 std::string reasonsOf(const InsertionTally& tally)
@@ -105,20 +105,6 @@ std::string reasonsOf(const InsertionTally& tally)
     reasons += "\n  " + std::to_string(count) + " " + what.first + ": " + what.second;
   return reasons;
 }
-
-void requireScans(const HoldingOut& holding, const HeldOutOptions& options)
-{
-  const std::string inputs = namesOf(options.inputs);
-  if (holding.heldOut() == 0)
-    throw std::runtime_error(inputs + ": " + std::to_string(holding.mostScans()) +
-                             " usable scans of a sensor, fewer than " + std::to_string(options.every) +
-                             ": none would be held out" + reasonsOf(holding.tally()));
-  if (holding.tally().usedCount() == 0)
-    throw std::runtime_error(inputs + ": not one scan that the map takes" + reasonsOf(holding.tally()));
-  if (!holding.hasLabels())
-    throw std::runtime_error(inputs + ": the scans that were held out show neither hits nor free space");
-}
-}  // namespace
 
 bool HeldOutReport::damaged() const
 {
@@ -166,26 +152,32 @@ HeldOutReport scoreHeldOut(const HeldOutOptions& options, const ProgressSink& pr
   const auto sources = openInputs(options.inputs);
 
   HeldOutReport report;
-  report.maxRange_m = options.maxRange_m > 0 ? options.maxRange_m : maxRangeOf(*map);
-  LabelRules rules;
-  rules.resolution_m = cells->resolution();
-  rules.maxRange_m = report.maxRange_m;
-  rules.layer = layerOf(map.get());
-  HoldingOut holding(*map, rules, options.every);
+  const LabelRules rules = labelRulesFor(*map, *cells, options.maxRange_m);
+  report.maxRange_m = rules.maxRange_m;
+  HeldOutChoice choice(options.every);
+  HeldOutCells shown(rules.resolution_m);
+  ScanInserter inserter(*map);
   report.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
-                               [&](const ScanItem& item) { holding.take(item); });
-  report.scans = holding.tally();
-  report.heldOut = holding.heldOut();
+                               [&](const ScanItem& item)
+                               {
+                                 const auto scan = scanOf(item);
+                                 if (scan && choice.isHeldOut(item))
+                                   shown.add(labelCells(*scan, rules));
+                                 else
+                                   inserter.insert(item);
+                               });
+  report.scans = inserter.tally();
+  report.heldOut = choice.heldOut();
   for (const auto& source : sources)
     report.inputs.push_back({source->path(), source->notes(), source->damages()});
   if (report.stopped) return report;
 
-  requireScans(holding, options);
+  requireScans(choice, shown, report.scans, options);
   report.scores.name = definition.name;
   report.scores.className = cells->className();
   report.scores.resolution_m = cells->resolution();
   PredictionTally tally;
-  holding.ask(*cells, tally);
+  shown.ask(*cells, tally);
   tally.scoreInto(report.scores, options.thresholds);
   return report;
 }

@@ -69,7 +69,7 @@ void appendLine(FileOutput& file, const std::string& head, std::initializer_list
   file.append("\n");
 }
 
-/// Two panels side by side: all cells, observed cells; a curve for each map that has points there.
+/// Two panels side by side: all cells, observed cells; a curve for each map.
 class CurvePlot
 {
  public:
@@ -100,11 +100,11 @@ class CurvePlot
     {
       const Scores& scores = maps_[i].*set.scores;
       const std::string points = pointsOf(scores);
-      if (points.empty()) continue;
+      // Where there is no curve the name stands all the same: panels with as many names are equally large.
       const std::string block = "$" + std::string(set.name) + std::to_string(i);
-      blocks += block + " << EOD\n" + points + "EOD\n";
-      curves += ", " + block + " using 1:2 with " + style_ + " lw 2 lc " + std::to_string(i + 1) + " title " +
-                gnuplotText(titleOf(maps_[i], scores));
+      if (!points.empty()) blocks += block + " << EOD\n" + points + "EOD\n";
+      curves += ", " + (points.empty() ? "NaN" : block + " using 1:2") + " with " + style_ + " lw 2 lc " +
+                std::to_string(i + 1) + " title " + gnuplotText(titleOf(maps_[i], scores));
     }
     return blocks + "set title " + gnuplotText(set.title) +
            "\nset key outside below left Left reverse vertical maxcols 1\n"
@@ -116,6 +116,11 @@ class CurvePlot
   std::string axes_;
   std::string style_;
 };
+
+std::string scoreText(const std::optional<double>& score)
+{
+  return score ? mrpt::format("%.3f", *score) : "undefined";
+}
 
 std::string pointLine(double x, double y)
 {
@@ -167,7 +172,7 @@ void writeRocCurves(const std::vector<MapScores>& maps, const std::string& path)
   CurvePlot(maps, "set xlabel 'false positive rate'\nset ylabel 'true positive rate'\n", "lines")
       .draw(path, rocPoints,
             [](const MapScores& map, const Scores& scores)
-            { return map.name + mrpt::format(": AUC %.3f", scores.areaUnderRoc.value_or(0)); });
+            { return map.name + ": AUC " + scoreText(scores.areaUnderRoc); });
 }
 
 void writeCalibration(const std::vector<MapScores>& maps, const std::string& path)
@@ -189,9 +194,8 @@ void writeCalibration(const std::vector<MapScores>& maps, const std::string& pat
   CurvePlot(maps, "set xlabel 'P(occupied) as the map says'\nset ylabel 'share of cells that are occupied'\n",
             "linespoints pt 7")
       .draw(path, calibrationPoints,
-            [](const MapScores& map, const Scores& scores) {
-              return map.name + mrpt::format(": calibration error %.3f", scores.calibrationError.value_or(0));
-            });
+            [](const MapScores& map, const Scores& scores)
+            { return map.name + ": calibration error " + scoreText(scores.calibrationError); });
 }
 
 }  // namespace lamap::tools
