@@ -237,11 +237,9 @@ std::vector<CLearnedMap::Fact> CBGKMap::facts() const
   return facts;
 }
 
-bool CBGKMap::insertScan(const Scan& scan)
+RayCounts CBGKMap::learnScan(const Scan& scan, const ScanPose& /*pose*/)
 {
-  if (!tally(map_.insert(scan, insertionOptions, threadCount()))) return false;
-  contentChanged();
-  return true;
+  return map_.insert(scan, insertionOptions, threadCount());
 }
 
 std::optional<int32_t> CBGKMap::planarLayer() const

@@ -311,6 +311,27 @@ void CLearnedMap::contentChanged()
   box_.reset();
 }
 
+bool CLearnedMap::insertScan(const Scan& scan, const ScanPose& pose)
+{
+  if (!tally(learnScan(scan, pose))) return false;
+  contentChanged();
+  return true;
+}
+
+bool CLearnedMap::insertObservationAt(const mrpt::obs::CObservation& observation,
+                                      const mrpt::poses::CPose3DPDF& robotPose_map)
+{
+  mrpt::poses::CPose3DPDFGaussian gaussian;
+  gaussian.copyFrom(robotPose_map);
+  struct Reset
+  {
+    ~Reset() { pose.reset(); }
+    std::optional<mrpt::poses::CPose3DPDFGaussian>& pose;
+  } const atTheEnd{uncertainPose_};
+  uncertainPose_ = gaussian;
+  return insertObservation(observation, gaussian.mean);
+}
+
 bool CLearnedMap::tally(const RayCounts& counts)
 {
   const auto tellOnce = [&](size_t before, size_t now, const char* kind)
@@ -363,7 +384,13 @@ bool CLearnedMap::internal_insertObservation(const mrpt::obs::CObservation& obse
     ++scansUnreadable_;
     MRPT_LOG_ERROR_STREAM("an observation is left out: " << compat::messageOf(error));
   }
-  return scan && insertScan(*scan);
+  if (!scan) return false;
+  ScanPose pose;
+  mrpt::poses::CPose3D sensorInRobot;
+  observation.getSensorPose(sensorInRobot);
+  pose.sensor_map = (robotPose ? *robotPose : mrpt::poses::CPose3D()) + sensorInRobot;
+  pose.robot_map = uncertainPose_;
+  return insertScan(*scan, pose);
 }
 
 bool CLearnedMap::internal_canComputeObservationLikelihood(const mrpt::obs::CObservation& observation) const

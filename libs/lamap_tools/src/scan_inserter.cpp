@@ -94,12 +94,13 @@ std::string ScanInserter::tryInserting(const ObservedScan& scan)
     return "the map has enableObservationInsertion = false";
   try
   {
-    if (dynamic_cast<const CLearnedMap*>(&map_))
+    if (auto* learned = dynamic_cast<CLearnedMap*>(&map_))
     {
       if (!supportsObservation(*scan.observation)) return "the map takes no observation of this class";
-      return map_.insertObservation(*scan.observation, scan.robotPose_map)
-                 ? ""
-                 : "it holds no ray that can be used";
+      const bool taken = scan.uncertainPose_map
+                             ? learned->insertObservationAt(*scan.observation, *scan.uncertainPose_map)
+                             : learned->insertObservation(*scan.observation, scan.robotPose_map);
+      return taken ? "" : "it holds no ray that can be used";
     }
     if (isPointCloud(*scan.observation))
       return insertPoints(pointsOf(*scan.observation, scan.robotPose_map)) ? ""

@@ -95,7 +95,7 @@ class SimpleMapSource : public ScanSource
       const auto keyframe = compat::keyframeAt(map_, frame_);
       if (observation_ < keyframe.frame->size())
         return ObservedScan{keyframe.frame->getObservationByIndex(observation_++),
-                            keyframe.pose->getMeanVal()};
+                            keyframe.pose->getMeanVal(), keyframe.pose};
       ++frame_;
       observation_ = 0;
     }

@@ -76,8 +76,6 @@ class CBGKMap : public CLearnedMap
   [[nodiscard]] std::vector<std::string> evidenceNames() const override { return {"alpha", "beta"}; }
   [[nodiscard]] std::string alias() const override { return "bgkMap"; }
   [[nodiscard]] std::vector<Fact> facts() const override;
-  /// @throws std::invalid_argument if insertionOptions are illegal.
-  bool insertScan(const Scan& scan) override;
   [[nodiscard]] std::optional<int32_t> planarLayer() const override;
   [[nodiscard]] StateThresholds stateThresholds() const override { return insertionOptions.thresholds; }
   [[nodiscard]] RangeLimits rangeLimits() const override;
@@ -102,6 +100,7 @@ class CBGKMap : public CLearnedMap
 
  private:
   void internal_clear() override;
+  RayCounts learnScan(const Scan& scan, const ScanPose& pose) override;
 
   TCreationOptions creationOptions_;
   BgkMap map_;

@@ -12,6 +12,8 @@
 #include <mrpt/maps/CPointsMap.h>
 #include <mrpt/math/TBoundingBox.h>
 #include <mrpt/opengl/COctoMapVoxels.h>
+#include <mrpt/poses/CPose3DPDF.h>
+#include <mrpt/poses/CPose3DPDFGaussian.h>
 #include <mrpt/system/COutputLogger.h>
 
 #include <functional>
@@ -28,7 +30,7 @@ struct ObservedBox;
 
 /** What every learned occupancy map of this library gives, whatever its learner.
  *
- * A learner implements insertScan(), the estimates, its options and its serialization; what MRPT asks of a
+ * A learner implements learnScan(), the estimates, its options and its serialization; what MRPT asks of a
  * map follows from these here: likelihood, matching, ray casting, views and files.
  *
  * Thread guarantee: const methods may be called from several threads as long as nobody changes the map.
@@ -68,8 +70,24 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   void setThreadCount(unsigned threads) { threadCount_ = threads; }
   [[nodiscard]] unsigned threadCount() const { return threadCount_; }
 
-  /// Adds one scan whose rays are given in the map frame. @return false if no ray of it was usable.
-  virtual bool insertScan(const Scan& scan) = 0;
+  /// What else is known of where a scan was taken.
+  struct ScanPose
+  {
+    /// The sensor's frame in the map; nothing: at the origin of the rays, with the map's axes.
+    std::optional<mrpt::poses::CPose3D> sensor_map;
+    /// Pose of the robot in the map and its covariance; nothing: the pose is certain.
+    std::optional<mrpt::poses::CPose3DPDFGaussian> robot_map;
+  };
+
+  /** Adds one scan whose rays are given in the map frame.
+   * @return false if no ray of it was usable.
+   * @throws std::invalid_argument if the insertion options are illegal. */
+  bool insertScan(const Scan& scan, const ScanPose& pose = {});
+
+  /** As insertObservation(), at a pose that is not certain. Learners that take uncertain inputs use its
+   * covariance as their options say; the others its mean alone. */
+  bool insertObservationAt(const mrpt::obs::CObservation& observation,
+                           const mrpt::poses::CPose3DPDF& robotPose_map);
 
   // ---- More that a learner gives
   // -----------------------------------------------------------------------------------
@@ -215,12 +233,11 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   CLearnedMap(const CLearnedMap& other);
   CLearnedMap& operator=(const CLearnedMap& other);
 
+  /// Learns a scan. @return what became of its rays
+  virtual RayCounts learnScan(const Scan& scan, const ScanPose& pose) = 0;
+
   /// To be called after every change of cells.
   void contentChanged();
-
-  /// Counts what became of a scan's rays, and tells once of each kind that is left out. @return whether any
-  /// was used.
-  bool tally(const RayCounts& counts);
 
   /// Facts that do not depend on the learner.
   [[nodiscard]] std::vector<Fact> commonFacts() const;
@@ -236,10 +253,15 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   bool internal_canComputeObservationLikelihood(const mrpt::obs::CObservation& observation) const override;
 
   std::shared_ptr<const mrpt::maps::CSimplePointsMap> cellsToSearch(bool plane) const override;
+  /// Counts what became of a scan's rays, and tells once of each kind that is left out. @return whether any
+  /// was used.
+  bool tally(const RayCounts& counts);
   [[nodiscard]] std::shared_ptr<const OccupiedCells> occupiedCells() const;
   [[nodiscard]] std::shared_ptr<const ObservedBox> observedBox() const;
 
   unsigned threadCount_ = 0;
+  /// Of the observation being inserted, while it is.
+  std::optional<mrpt::poses::CPose3DPDFGaussian> uncertainPose_;
   RayCounts tallied_;
   size_t scansUsed_ = 0;
   size_t scansUnreadable_ = 0;

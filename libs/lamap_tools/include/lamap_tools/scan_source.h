@@ -2,6 +2,7 @@
 
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/poses/CPose3D.h>
+#include <mrpt/poses/CPose3DPDF.h>
 
 #include <Eigen/Core>
 #include <functional>
@@ -18,6 +19,8 @@ struct ObservedScan
 {
   mrpt::obs::CObservation::Ptr observation;
   mrpt::poses::CPose3D robotPose_map;
+  mrpt::poses::CPose3DPDF::ConstPtr
+      uncertainPose_map{};  ///< the same pose with its covariance; null: not known
 };
 
 /// End points of rays from one place, in the map frame [m]; may hold NaN.
