@@ -5,7 +5,9 @@
 #include <lamap_tools/usage_error.h>
 #include <unistd.h>
 
+#include <cstdint>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -83,7 +85,9 @@ void addSimulate(CLI::App& app, Action& action)
       ->required();
   command->add_option("--truth", options.truthPaths,
                       "The truth, .csv (x,y,z,label) or .bt (OctoMap); may be given for both");
-  command->add_option("--seed", options.seed, "Of the world and of all noise")->capture_default_str();
+  command->add_option("--seed", options.seed, "Of the world and of all noise")
+      ->check(wholeNumber(0, std::numeric_limits<int64_t>::max()))
+      ->capture_default_str();
   command->add_option("--sensor", options.sensor,
                       "sector-laser, pan-tilt-laser, lidar16, planar-laser, sonar or sonar-range; default: "
                       "the world's own");
