@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_core/portable_math.h>
+#include <lamap_core/portable_math_four.h>
 #include <support/seeded_scans.h>
 
 #include <cmath>
@@ -41,6 +41,22 @@ TEST(PortableMath, ExpInSinglePrecisionFollowsTheLibraryWithin2e7)
   EXPECT_LE(worst, 2e-7);
   EXPECT_EQ(portableExp(0.0f), 1.0f);
   EXPECT_TRUE(std::isfinite(portableExp(1e30f)));
+}
+
+TEST(PortableMath, FourAtOnceEqualEachByItself)
+{
+  Random random(4);
+  for (int i = 0; i < 100000; ++i)
+  {
+    Eigen::Array4f x;
+    for (int k = 0; k < 4; ++k) x[k] = static_cast<float>(random.uniform(-100, 100));
+    const Eigen::Array4f powers = portableExp(x), probs = logistic(x);
+    for (int k = 0; k < 4; ++k)
+    {
+      ASSERT_EQ(powers[k], portableExp(x[k]));
+      ASSERT_EQ(probs[k], logistic(x[k]));
+    }
+  }
 }
 
 TEST(PortableMath, LogarithmsFollowTheLibraryWithin1e14)

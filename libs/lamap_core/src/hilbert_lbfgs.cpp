@@ -1,6 +1,6 @@
 #include <lamap_core/hilbert_trainers.h>
 
-#include <lamap_core/portable_math.h>
+#include <lamap_core/portable_math_four.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,26 +17,49 @@ size_t blocksOf(size_t items)
   return (items + kBlock - 1) / kBlock;
 }
 
+using Four = Eigen::Array4f;
+/// Numbers that are summed in single precision before their sum is added in double.
+constexpr size_t kShort = 256;
+
+Four load(const std::vector<float>& from, size_t at)
+{
+  return Eigen::Map<const Four>(from.data() + at);
+}
+double total(const Four& sum)
+{
+  return (static_cast<double>(sum[0]) + sum[1]) + (static_cast<double>(sum[2]) + sum[3]);
+}
+
 double dot(const std::vector<float>& a, const std::vector<float>& b)
 {
-  using Four = Eigen::Array4f;
-  // Short sums in single precision, their sum in double.
-  constexpr size_t kShort = 256;
-  double total = 0;
-  for (size_t begin = 0; begin < a.size(); begin += kShort)
+  double result = 0;
+  size_t i = 0;
+  while (i + 4 <= a.size())
   {
-    const size_t end = std::min(a.size(), begin + kShort);
+    const size_t end = std::min(a.size() / 4 * 4, i + kShort);
     Four sum = Four::Zero();
-    size_t i = begin;
-    for (; i + 4 <= end; i += 4)
+    for (; i < end; i += 4)
     {
-      const Four product = Eigen::Map<const Four>(a.data() + i) * Eigen::Map<const Four>(b.data() + i);
+      const Four product = load(a, i) * load(b, i);
       sum += product;
     }
-    total += (static_cast<double>(sum[0]) + sum[1]) + (static_cast<double>(sum[2]) + sum[3]);
-    for (; i < end; ++i) total += static_cast<double>(a[i]) * b[i];
+    result += total(sum);
   }
-  return total;
+  for (; i < a.size(); ++i) result += static_cast<double>(a[i]) * b[i];
+  return result;
+}
+
+/// p = 1/(1 + e^−(f + step·change))
+void probabilities(const float* f, const float* change, float step, size_t count, float* p)
+{
+  size_t i = 0;
+  for (; i + 4 <= count; i += 4)
+  {
+    const Four moved = step * Eigen::Map<const Four>(change + i);
+    const Four sum = Eigen::Map<const Four>(f + i) + moved;
+    Eigen::Map<Four>{p + i} = logistic(sum);
+  }
+  for (; i < count; ++i) p[i] = logistic(f[i] + step * change[i]);
 }
 
 /// y += factor · x
@@ -142,32 +165,56 @@ void Lbfgs::chooseDirection(size_t pairs, size_t newest)
   for (float& component : direction_) component = -component;
 }
 
-Lbfgs::Slope Lbfgs::slopeAt(const LogisticProblem& problem, float step, double priorSlope,
-                            double priorCurvature, const Workers& workers)
+void Lbfgs::probabilitiesAt(float step, const Workers& workers)
 {
-  const size_t points = logodds_.size();
+  workers.forEach(blocksOf(prob_.size()),
+                  [&](size_t block)
+                  {
+                    const size_t begin = block * kBlock;
+                    probabilities(logodds_.data() + begin, logoddsStep_.data() + begin, step,
+                                  std::min(kBlock, prob_.size() - begin), prob_.data() + begin);
+                  });
+}
+
+/// The slope along the direction where prob_ says that one is.
+Lbfgs::Slope Lbfgs::slopeNow(const LogisticProblem& problem, const Slope& prior, const Workers& workers)
+{
+  const size_t points = prob_.size();
   slopes_.resize(blocksOf(points));
   workers.forEach(slopes_.size(),
                   [&](size_t block)
                   {
                     const size_t begin = block * kBlock;
                     const size_t end = std::min(points, begin + kBlock);
-                    for (size_t i = begin; i < end; ++i)
-                      prob_[i] = logistic(logodds_[i] + step * logoddsStep_[i]);
-                    // Four sums side by side, so that the processor need not wait for each.
-                    std::array<double, 4> first{};
-                    std::array<double, 4> second{};
-                    for (size_t i = begin; i < end; ++i)
+                    Slope& sum = slopes_[block] = {};
+                    size_t i = begin;
+                    // Short sums in single precision, their sum in double.
+                    for (; i + kShort <= end; i += kShort)
+                    {
+                      Four first = Four::Zero();
+                      Four second = Four::Zero();
+                      for (size_t k = i; k < i + kShort; k += 4)
+                      {
+                        const Four step = load(logoddsStep_, k);
+                        const Four prob = load(prob_, k);
+                        const Four weighted = load(problem.weights, k) * step;
+                        const Four slope = weighted * (prob - load(problem.labels, k));
+                        const Four bend = weighted * step * prob * (1.0f - prob);
+                        first += slope;
+                        second += bend;
+                      }
+                      sum.first += total(first);
+                      sum.second += total(second);
+                    }
+                    for (; i < end; ++i)
                     {
                       const float weighted = problem.weights[i] * logoddsStep_[i];
-                      first[i % 4] += static_cast<double>(weighted * (prob_[i] - problem.labels[i]));
-                      second[i % 4] +=
+                      sum.first += static_cast<double>(weighted * (prob_[i] - problem.labels[i]));
+                      sum.second +=
                           static_cast<double>(weighted * logoddsStep_[i] * prob_[i] * (1.0f - prob_[i]));
                     }
-                    slopes_[block] = {(first[0] + first[1]) + (first[2] + first[3]),
-                                      (second[0] + second[1]) + (second[2] + second[3])};
                   });
-  Slope slope{priorSlope + step * priorCurvature, priorCurvature};
+  Slope slope = prior;
   for (const Slope& part : slopes_)
   {
     slope.first += part.first;
@@ -179,17 +226,14 @@ Lbfgs::Slope Lbfgs::slopeAt(const LogisticProblem& problem, float step, double p
 bool Lbfgs::searchLine(const LogisticProblem& problem, const std::vector<float>& u, const Workers& workers,
                        float& step)
 {
-  double priorSlope = 0;
-  double priorCurvature = 0;
+  Slope prior;
   for (size_t j = 0; j < u.size(); ++j)
   {
     const double weighted = static_cast<double>(problem.precision[j]) * direction_[j];
-    priorSlope += weighted * (static_cast<double>(u[j]) - problem.mean[j]);
-    priorCurvature += weighted * direction_[j];
+    prior.first += weighted * (static_cast<double>(u[j]) - problem.mean[j]);
+    prior.second += weighted * direction_[j];
   }
-  const auto slopeOf = [&](double at)
-  { return slopeAt(problem, static_cast<float>(at), priorSlope, priorCurvature, workers); };
-  Slope slope = slopeOf(0.0);
+  Slope slope = slopeNow(problem, prior, workers);
   const double start = slope.first;
   if (!(start < 0) || !(slope.second > 0)) return false;
   // φ is convex along the line: its minimum lies between a step with a falling and one with a rising slope.
@@ -200,7 +244,8 @@ bool Lbfgs::searchLine(const LogisticProblem& problem, const std::vector<float>&
   double at = -start / slope.second;
   for (int trial = 0; trial < kMaxTrials; ++trial)
   {
-    slope = slopeOf(at);
+    probabilitiesAt(static_cast<float>(at), workers);
+    slope = slopeNow(problem, {prior.first + at * prior.second, prior.second}, workers);
     if (std::abs(slope.first) <= -kFlatEnough * start) break;
     (slope.first < 0 ? low : high) = at;
     double next = slope.second > 0 ? at - slope.first / slope.second : 2 * at;

@@ -28,6 +28,7 @@ void SiteBox::reset(const CellIndex& first, const CellIndex& last)
       static_cast<size_t>(stride) * static_cast<size_t>(counts[1]) * static_cast<size_t>(counts[2]);
   weights.assign(size, 0.0f);
   isSite.assign(size, 0);
+  rowHasSite.assign(static_cast<size_t>(counts[1]) * static_cast<size_t>(counts[2]), 0);
   anySite = false;
 }
 
@@ -129,6 +130,7 @@ void CompactQuery::tileAt(const CellIndex& anchorSite, const RegularPoints& poin
     for (size_t y = 0; y < windows_[1].size(); ++y)
     {
       listRows(windows_[1][y], windows_[2][z], 1.0f);
+      if (rows_.empty()) continue;
       ReachedLogodds* line = out.data() + origin + y * stepY + z * stepZ;
       for (const AxisWindow& x : windows_[0]) *line++ = sumRows(x);
     }

@@ -84,6 +84,14 @@ void FeatureRows::endPoint(size_t number)
   chunk.runEnds.push_back(static_cast<uint32_t>(chunk.firsts.size()));
 }
 
+void FeatureRows::addPoint(size_t number, const std::vector<uint32_t>& firsts, const float* values)
+{
+  Chunk& chunk = chunks_[number];
+  chunk.firsts.insert(chunk.firsts.end(), firsts.begin(), firsts.end());
+  chunk.values.insert(chunk.values.end(), values, values + firsts.size() * static_cast<size_t>(width_));
+  endPoint(number);
+}
+
 float* FeatureRows::valuesOf(size_t point)
 {
   const size_t i = point % chunkSize_;
@@ -102,17 +110,20 @@ void FeatureRows::multiply(const float* u, float* f, const Workers& workers) con
                     size_t run = 0;
                     for (const uint32_t end : chunk.runEnds)
                     {
+                      // Two sums, so that the processor need not wait for each.
                       Four total = Four::Zero();
+                      Four other = Four::Zero();
                       if (width_ == 4)
                       {
-                        for (; run < end; ++run, values += 4)
+                        for (; run + 2 <= end; run += 2, values += 8)
+                        {
                           addProduct(values, u + chunk.firsts[run], 4, total);
+                          addProduct(values + 4, u + chunk.firsts[run + 1], 4, other);
+                        }
                       }
-                      else
-                      {
-                        for (; run < end; ++run, values += width_)
-                          addProduct(values, u + chunk.firsts[run], width_, total);
-                      }
+                      for (; run < end; ++run, values += width_)
+                        addProduct(values, u + chunk.firsts[run], width_, total);
+                      total += other;
                       *out++ = sum(total);
                     }
                   });
@@ -230,6 +241,65 @@ int CompactRows::runWidth(const HilbertTrainingSet& set) const
   return static_cast<int>((most + 3) / 4 * 4);
 }
 
+namespace
+{
+/** The numbers of the runs that windows along y and z have, for windows that begin at the same sites:
+ * neighbours share them. */
+class SharedRuns
+{
+ public:
+  explicit SharedRuns(const SiteNumbers& numbers) : numbers_(numbers), entries_(kEntries) {}
+
+  /// @param first site of the windows. @return by z, then y, with kEdge a row; −1 where there is no site.
+  const int32_t* of(const CellIndex& first, int32_t countY, int32_t countZ)
+  {
+    const size_t hash = BlockIndexHash{}(BlockIndex{first.x, first.y, first.z});
+    Entry& entry = entries_[hash % kEntries];
+    if (!(entry.first == first) || entry.countY < countY || entry.countZ < countZ)
+    {
+      entry.first = first;
+      entry.countY = countY;
+      entry.countZ = countZ;
+      entry.runs.resize(kEdge * static_cast<size_t>(countZ));
+      for (int32_t k = 0; k < countZ; ++k)
+        for (int32_t j = 0; j < countY; ++j)
+          entry.runs[static_cast<size_t>(k) * kEdge + static_cast<size_t>(j)] =
+              static_cast<int32_t>(numbers_.numberOfRun({first.x, first.y + j, first.z + k}));
+    }
+    return entry.runs.data();
+  }
+  static constexpr size_t kEdge = AxisReach::kMaxSites;
+
+ private:
+  struct Entry
+  {
+    CellIndex first;
+    int32_t countY = 0;
+    int32_t countZ = 0;
+    std::vector<int32_t> runs;
+  };
+  static constexpr size_t kEntries = 256;
+  const SiteNumbers& numbers_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace
+
+struct CompactRows::Builder
+{
+  Builder(const CompactKernel& kernel, double spacing_m, const SiteNumbers& numbers)
+      : reaches{AxisReaches{kernel, spacing_m}, AxisReaches{kernel, spacing_m},
+                AxisReaches{kernel, spacing_m}},
+        shared(numbers),
+        values(static_cast<size_t>(numbers.width()) * SharedRuns::kEdge * SharedRuns::kEdge)
+  {
+  }
+  std::array<AxisReaches, 3> reaches;
+  SharedRuns shared;
+  std::vector<uint32_t> firsts;
+  std::vector<float> values;
+};
+
 void CompactRows::build(const HilbertTrainingSet& set, const Workers& workers)
 {
   numbers_.reset(sites_, runWidth(set));
@@ -237,39 +307,48 @@ void CompactRows::build(const HilbertTrainingSet& set, const Workers& workers)
   workers.forEach(rows_.chunkCount(),
                   [&](size_t chunk)
                   {
-                    std::array<AxisReaches, 3> reaches{AxisReaches{kernel_, spacing_m_},
-                                                       AxisReaches{kernel_, spacing_m_},
-                                                       AxisReaches{kernel_, spacing_m_}};
+                    Builder builder(kernel_, spacing_m_, numbers_);
                     for (size_t i = rows_.firstPointOf(chunk); i < rows_.endPointOf(chunk); ++i)
                     {
                       if (set.covariances.empty())
-                        addCertain(set.points[i], chunk, reaches);
-                      else
-                        addUncertain(set.points[i], GaussianBlur(set.covariances[i], kernel_.gamma()), chunk);
+                      {
+                        addCertain(set.points[i], chunk, builder);
+                        continue;
+                      }
+                      addUncertain(set.points[i], GaussianBlur(set.covariances[i], kernel_.gamma()), chunk);
                       rows_.endPoint(chunk);
                     }
                   });
 }
 
-void CompactRows::addCertain(const Eigen::Vector3d& point, size_t chunk, std::array<AxisReaches, 3>& reaches)
+void CompactRows::addCertain(const Eigen::Vector3d& point, size_t chunk, Builder& builder)
 {
-  const AxisWindow x = reaches[0].of(point.x());
-  const AxisWindow y = reaches[1].of(point.y());
-  const AxisWindow z = planar_ ? AxisReaches::flat() : reaches[2].of(point.z());
-  const int width = rows_.width();
+  const AxisWindow x = builder.reaches[0].of(point.x());
+  const AxisWindow y = builder.reaches[1].of(point.y());
+  const AxisWindow z = planar_ ? AxisReaches::flat() : builder.reaches[2].of(point.z());
+  const int32_t* runs =
+      builder.shared.of({x.first + shift_.x, y.first + shift_.y, z.first + shift_.z}, y.count(), z.count());
+  const auto width = static_cast<size_t>(rows_.width());
+  const Four cutoff = Four::Constant(kernel_.cutoffF());
   const float* factors = x.reach->factors.data();
+  builder.firsts.clear();
+  float* values = builder.values.data();
   for (int32_t k = 0; k < z.count(); ++k)
     for (int32_t j = 0; j < y.count(); ++j)
     {
       const float yz = y.factor(j) * z.factor(k);
-      if (!(kernel_.fromFactors(yz, x.reach->largest) > 0)) continue;
-      const int64_t first =
-          numbers_.numberOfRun({x.first + shift_.x, y.first + j + shift_.y, z.first + k + shift_.z});
-      if (first < 0) continue;
-      float* values = rows_.addRun(chunk, static_cast<uint32_t>(first));
+      const int32_t first = runs[static_cast<size_t>(k) * SharedRuns::kEdge + static_cast<size_t>(j)];
+      if (first < 0 || !(kernel_.fromFactors(yz, x.reach->largest) > 0)) continue;
+      builder.firsts.push_back(static_cast<uint32_t>(first));
       const float* isUsed = numbers_.isUsed() + first;
-      for (int i = 0; i < width; ++i) values[i] = isUsed[i] * kernel_.fromFactors(yz, factors[i]);
+      for (size_t i = 0; i < width; i += 4, values += 4)
+      {
+        const Four product = yz * load(factors + i);
+        const Four kernel = (product - cutoff).max(Four::Zero());
+        store(kernel * load(isUsed + i), values);
+      }
     }
+  rows_.addPoint(chunk, builder.firsts, builder.values.data());
 }
 
 void CompactRows::addUncertain(const Eigen::Vector3d& point, const GaussianBlur& blur, size_t chunk)

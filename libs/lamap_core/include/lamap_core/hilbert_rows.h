@@ -48,6 +48,8 @@ class FeatureRows
   /// Adds a run to the point being filled. @return its `width` values, to be set.
   float* addRun(size_t chunk, uint32_t first);
   void endPoint(size_t chunk);
+  /// Adds all runs of a point and ends it. @param values `width` for each of firsts
+  void addPoint(size_t chunk, const std::vector<uint32_t>& firsts, const float* values);
   /// The values of a point that has one run.
   [[nodiscard]] float* valuesOf(size_t point);
 
@@ -122,7 +124,9 @@ class CompactRows
   [[nodiscard]] const SiteNumbers& numbers() const { return numbers_; }
 
  private:
-  void addCertain(const Eigen::Vector3d& point, size_t chunk, std::array<AxisReaches, 3>& reaches);
+  /// What one chunk's points share while their rows are made.
+  struct Builder;
+  void addCertain(const Eigen::Vector3d& point, size_t chunk, Builder& builder);
   void addUncertain(const Eigen::Vector3d& point, const GaussianBlur& blur, size_t chunk);
   [[nodiscard]] int runWidth(const HilbertTrainingSet& set) const;
 

@@ -65,8 +65,8 @@ class Lbfgs
 
   void residualsOf(const LogisticProblem& problem);
   void chooseDirection(size_t pairs, size_t newest);
-  Slope slopeAt(const LogisticProblem& problem, float step, double priorSlope, double priorCurvature,
-                const Workers& workers);
+  void probabilitiesAt(float step, const Workers& workers);
+  Slope slopeNow(const LogisticProblem& problem, const Slope& prior, const Workers& workers);
   bool searchLine(const LogisticProblem& problem, const std::vector<float>& u, const Workers& workers,
                   float& step);
 
