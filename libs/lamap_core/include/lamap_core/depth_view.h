@@ -1,0 +1,75 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace lamap
+{
+/// What a sensor's field of view is made of. Lengths in metres.
+struct FieldRules
+{
+  double near_m = 0.3;     ///< places so near to the sensor are in its field
+  double depth_m = 0.3;    ///< the field reaches so far behind the end of a ray
+  double angle_deg = 2.5;  ///< edge of the bins of directions, (0, 90]
+};
+
+/** The perceptual field of one sensor place: a depth image by azimuth and elevation, in bins of equal angles.
+ *
+ * A place is in the field if it is not farther than the maximum range, and within `near_m` of the sensor or
+ * not farther from it than the longest ray of its bin plus `depth_m`. In a planar map elevations are all 0.
+ * The same on every processor. Immutable once filled: may be shared between threads. */
+class DepthView
+{
+ public:
+  DepthView() = default;
+  /// @param sensor [m] in any frame; @param rangeMax_m > 0, infinite where there is no limit
+  DepthView(const Eigen::Vector3d& sensor, double rangeMax_m, const FieldRules& rules, bool planar);
+
+  /// Where a ray ended [m], from the sensor. Must not be zero.
+  void addRay(const Eigen::Vector3d& fromSensor);
+  /// Must be called after the last ray: cuts the image to the bins with rays.
+  void finish();
+
+  /// @param place [m] in the frame of `sensor`.
+  [[nodiscard]] bool contains(const Eigen::Vector3d& place) const;
+
+  /// The image, for files: depths by row of elevation, then azimuth; 0 where no ray went.
+  struct Image
+  {
+    Eigen::Vector3d sensor = Eigen::Vector3d::Zero();
+    double rangeMax_m = 0;
+    FieldRules rules;
+    bool planar = false;
+    uint32_t firstRow = 0;
+    uint32_t firstColumn = 0;
+    uint32_t rows = 0;
+    uint32_t columns = 0;
+    std::vector<float> depths_m;
+
+    friend bool operator==(const Image& a, const Image& b);
+  };
+  [[nodiscard]] const Image& image() const { return image_; }
+  /// @throws std::runtime_error if the image is none that finish() could have left.
+  static DepthView fromImage(Image image);
+
+  [[nodiscard]] size_t memoryBytes() const
+  {
+    return sizeof(*this) + image_.depths_m.capacity() * sizeof(float);
+  }
+
+ private:
+  struct Bin
+  {
+    uint32_t row;
+    uint32_t column;
+  };
+  void countBins();
+  [[nodiscard]] Bin binOf(const Eigen::Vector3d& direction) const;
+
+  Image image_;
+  uint32_t allRows_ = 0;
+  uint32_t allColumns_ = 0;
+};
+
+}  // namespace lamap

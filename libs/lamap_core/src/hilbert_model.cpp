@@ -1,0 +1,271 @@
+#include <lamap_core/hilbert_model.h>
+
+#include <lamap_core/hilbert_kernel.h>
+#include <lamap_core/logodds_evidence.h>
+#include <lamap_core/portable_math.h>
+#include <lamap_core/scan_frame.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+
+namespace lamap
+{
+namespace
+{
+/// Nyström: the kernel is taken for 0 from here on.
+constexpr double kNothing = 1e-9;
+
+void requirePose(bool condition, const char* what)
+{
+  if (!condition) throw std::invalid_argument(std::string("the pose of a model ") + what);
+}
+
+bool isRotation(const Eigen::Matrix3d& matrix)
+{
+  constexpr double kTolerance = 1e-6;
+  return (matrix.transpose() * matrix - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kTolerance &&
+         matrix.determinant() > 0;
+}
+
+/// The part of a rotation about the vertical: the direction in which the x axis then lies.
+Eigen::Matrix3d yawOf(const Eigen::Matrix3d& rotation)
+{
+  double cosine = rotation(0, 0);
+  double sine = rotation(1, 0);
+  const double length = std::sqrt(cosine * cosine + sine * sine);
+  constexpr double kUpright = 1e-6;  // no direction is left of an axis that points up
+  if (length < kUpright) return Eigen::Matrix3d::Identity();
+  cosine /= length;
+  sine /= length;
+  Eigen::Matrix3d yaw;
+  yaw << cosine, -sine, 0, sine, cosine, 0, 0, 0, 1;
+  return yaw;
+}
+
+double rounded(double length_m)
+{
+  return std::floor(length_m * 0x1p24 + 0.5) * 0x1p-24;
+}
+
+/// Factors of the kernel for the sites of one axis that a coordinate reaches.
+struct Factors
+{
+  int32_t first = 0;
+  int32_t count = 0;
+  std::array<double, AxisReach::kMaxSites + 2> values{};
+
+  Factors(double coordinate, const ModelShape& shape)
+  {
+    first = static_cast<int32_t>(std::ceil((coordinate - shape.support_m) / shape.spacing_m - 0.5));
+    const auto last =
+        static_cast<int32_t>(std::floor((coordinate + shape.support_m) / shape.spacing_m - 0.5));
+    count = std::min<int32_t>(last - first + 1, static_cast<int32_t>(values.size()));
+    for (int32_t i = 0; i < count; ++i)
+    {
+      const double d = coordinate - (first + i + 0.5) * shape.spacing_m;
+      values[static_cast<size_t>(i)] = portableExp(-shape.gamma * d * d);
+    }
+  }
+  [[nodiscard]] double at(int32_t site) const { return values[static_cast<size_t>(site - first)]; }
+  [[nodiscard]] int32_t last() const { return first + count - 1; }
+};
+
+/// Sum over the sites of a model that a point reaches.
+class SiteSum
+{
+ public:
+  SiteSum(const HilbertModel& model, const ModelShape& shape, const Eigen::Vector3d& p)
+      : model_(model), cutoff_(shape.cutoff), x_(p.x(), shape), y_(p.y(), shape), z_(p.z(), shape)
+  {
+  }
+
+  std::optional<float> logodds()
+  {
+    const BlockIndex low = SiteSet::blockOf({x_.first, y_.first, z_.first});
+    const BlockIndex high = SiteSet::blockOf({x_.last(), y_.last(), z_.last()});
+    size_t block = 0;
+    size_t weight = 0;
+    for (int32_t z = low.z; z <= high.z; ++z)
+      for (int32_t y = low.y; y <= high.y; ++y)
+        for (int32_t x = low.x; x <= high.x; ++x) addBlock({x, y, z}, block, weight);
+    if (!reached_) return std::nullopt;
+    return static_cast<float>(sum_);
+  }
+
+ private:
+  static size_t countOf(uint64_t word) { return static_cast<size_t>(__builtin_popcountll(word)); }
+
+  /// @param block, weight: where the search stands; blocks are asked for in their order
+  void addBlock(const BlockIndex& index, size_t& block, size_t& weight)
+  {
+    const auto& blocks = model_.siteBlocks;
+    const auto found = std::lower_bound(blocks.begin() + static_cast<long>(block), blocks.end(), index);
+    if (found == blocks.end() || !(*found == index)) return;
+    const auto number = static_cast<size_t>(found - blocks.begin());
+    for (; block < number; ++block)
+      for (const uint64_t word : model_.siteBits[block]) weight += countOf(word);
+    size_t next = weight;
+    for (int32_t k = 0; k < kScanBlockEdge; ++k)
+    {
+      const uint64_t word = model_.siteBits[number][static_cast<size_t>(k)];
+      const int32_t z = index.z * kScanBlockEdge + k;
+      if (z >= z_.first && z <= z_.last()) addLayer(index, z, word, next);
+      next += countOf(word);
+    }
+  }
+
+  void addLayer(const BlockIndex& index, int32_t z, uint64_t word, size_t first)
+  {
+    size_t number = first;
+    for (uint64_t rest = word; rest != 0; rest &= rest - 1, ++number)
+    {
+      const int bit = __builtin_ctzll(rest);
+      const int32_t x = index.x * kScanBlockEdge + bit % kScanBlockEdge;
+      const int32_t y = index.y * kScanBlockEdge + bit / kScanBlockEdge;
+      if (x < x_.first || x > x_.last() || y < y_.first || y > y_.last()) continue;
+      const double kernel = x_.at(x) * (y_.at(y) * z_.at(z)) - cutoff_;
+      if (!(kernel > 0)) continue;
+      reached_ = true;
+      sum_ += kernel * static_cast<double>(model_.siteWeights[number]);
+    }
+  }
+
+  const HilbertModel& model_;
+  double cutoff_;
+  Factors x_;
+  Factors y_;
+  Factors z_;
+  double sum_ = 0;
+  bool reached_ = false;
+};
+
+auto fieldsOf(const HilbertModel& m)
+{
+  return std::tie(m.siteBlocks, m.siteBits, m.siteWeights, m.inducing, m.kernelWeights, m.bias, m.boxLow,
+                  m.boxHigh, m.fieldWeight, m.scans);
+}
+
+}  // namespace
+
+ModelPose ModelPose::of(const Eigen::Isometry3d& pose, double resolution_m, bool planar)
+{
+  requirePose(pose.matrix().allFinite(), "is not finite");
+  requirePose(isRotation(pose.linear()), "has no rotation: its matrix is not orthonormal");
+  Eigen::Vector3d origin = pose.translation();
+  if (planar) origin.z() = 0;
+  const auto anchor = cellAt(origin, resolution_m);
+  requirePose(anchor.has_value(), "lies beyond what cells can address");
+  ModelPose result;
+  result.anchor = *anchor;
+  result.rotation = planar ? yawOf(pose.linear()) : Eigen::Matrix3d(pose.linear());
+  const auto local = ScanFrame(resolution_m, *anchor, false).toLocal(origin);
+  for (int axis = 0; axis < 3; ++axis) result.offset_m[axis] = rounded((*local)[axis] * resolution_m);
+  return result;
+}
+
+Eigen::Isometry3d ModelPose::isometry(double resolution_m) const
+{
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = rotation;
+  pose.translation() = Eigen::Vector3d(anchor.x, anchor.y, anchor.z) * resolution_m + offset_m;
+  return pose;
+}
+
+ModelShape::ModelShape(const OverlappingStructure& structure)
+    : features(structure.features),
+      gamma(structure.resolvedGamma()),
+      cutoff(compact() ? structure.cutoff : 0.0),
+      support_m(std::sqrt(-portableLog(compact() ? cutoff : kNothing) / gamma)),
+      spacing_m(structure.latticeSpacing),
+      resolution_m(structure.resolution),
+      planar(structure.planar),
+      speaksOutOfField(structure.outOfFieldLimit > 0)
+{
+}
+
+bool HilbertModel::inField(const Eigen::Vector3d& p) const
+{
+  return std::any_of(views.begin(), views.end(), [&](const DepthView& view) { return view.contains(p); });
+}
+
+std::optional<float> HilbertModel::logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p) const
+{
+  if (shape.compact()) return SiteSum(*this, shape, p).logodds();
+  double sum = bias;
+  for (size_t k = 0; k < inducing.size(); ++k)
+    sum +=
+        static_cast<double>(kernelWeights[k]) * portableExp(-shape.gamma * (p - inducing[k]).squaredNorm());
+  return static_cast<float>(sum);
+}
+
+Evidence HilbertModel::evidenceOf(const ModelShape& shape, float logodds, const Eigen::Vector3d& p) const
+{
+  LogoddsSums sums;
+  if (inField(p))
+    sums.inField = logoddsUnits(logodds, fieldWeight);
+  else if (shape.speaksOutOfField)
+    sums.outOfField = logoddsUnits(logodds, 1.0);
+  return sums.evidence();
+}
+
+Evidence HilbertModel::evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p) const
+{
+  if (!inBox(p, shape.planar)) return {};
+  const std::optional<float> logodds = logoddsAt(shape, p);
+  return logodds ? evidenceOf(shape, *logodds, p) : Evidence{};
+}
+
+size_t HilbertModel::memoryBytes() const
+{
+  size_t bytes = sizeof(*this) + siteBlocks.capacity() * sizeof(BlockIndex) +
+                 siteBits.capacity() * sizeof(SiteSet::Bits) +
+                 (siteWeights.capacity() + kernelWeights.capacity()) * sizeof(float) +
+                 inducing.capacity() * sizeof(Eigen::Vector3d);
+  for (const DepthView& view : views) bytes += view.memoryBytes();
+  return bytes;
+}
+
+void HilbertModel::check(const ModelShape& shape) const
+{
+  const auto require = [](bool condition, const char* what)
+  {
+    if (!condition) throw std::runtime_error(std::string("a model of the map is corrupt: ") + what);
+  };
+  const auto finite = [](const std::vector<float>& weights)
+  { return std::all_of(weights.begin(), weights.end(), [](float w) { return std::isfinite(w); }); };
+  require(siteBits.size() == siteBlocks.size(), "its blocks of sites have not a mask each");
+  require(std::adjacent_find(siteBlocks.begin(), siteBlocks.end(),
+                             [](const BlockIndex& a, const BlockIndex& b)
+                             { return !(a < b); }) == siteBlocks.end(),
+          "its blocks of sites are not sorted");
+  size_t sites = 0;
+  for (const SiteSet::Bits& bits : siteBits)
+    for (const uint64_t word : bits) sites += static_cast<size_t>(__builtin_popcountll(word));
+  require(siteWeights.size() == sites, "it has not a weight a site");
+  require(kernelWeights.size() == inducing.size(), "it has not a weight an inducing point");
+  require(finite(siteWeights) && finite(kernelWeights) && std::isfinite(bias), "a weight is not finite");
+  require(std::none_of(siteWeights.begin(), siteWeights.end(),
+                       [](float w) { return std::abs(w) < kSmallestWeight; }),
+          "a site's weight is 0");
+  require(std::all_of(inducing.begin(), inducing.end(), [](const auto& p) { return p.allFinite(); }),
+          "an inducing point is not finite");
+  require(shape.compact() ? inducing.empty() && bias == 0 : siteBlocks.empty(),
+          "its features are not the map's");
+  require(boxLow.allFinite() && boxHigh.allFinite() && (boxLow.array() <= boxHigh.array()).all(),
+          "its box is none");
+  require(fieldWeight >= 1e-3 && fieldWeight <= 1e3, "the weight of its field is not legal");
+  require(scans >= 1, "it was trained on no scan");
+}
+
+bool operator==(const HilbertModel& a, const HilbertModel& b)
+{
+  return fieldsOf(a) == fieldsOf(b) && a.views.size() == b.views.size() &&
+         std::equal(a.views.begin(), a.views.end(), b.views.begin(),
+                    [](const DepthView& x, const DepthView& y) { return x.image() == y.image(); });
+}
+
+}  // namespace lamap

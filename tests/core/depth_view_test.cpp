@@ -1,0 +1,116 @@
+// A sensor's perceptual field.
+#include <gtest/gtest.h>
+#include <lamap_core/depth_view.h>
+#include <support/seeded_scans.h>
+
+#include <cmath>
+
+namespace lamap::test
+{
+namespace
+{
+constexpr double kDegree = 3.141592653589793 / 180;
+
+Eigen::Vector3d towards(double azimuth_deg, double elevation_deg, double range_m)
+{
+  const double a = azimuth_deg * kDegree, e = elevation_deg * kDegree;
+  return range_m * Eigen::Vector3d(std::cos(a) * std::cos(e), std::sin(a) * std::cos(e), std::sin(e));
+}
+
+TEST(DepthView, HoldsOneRaysBinUpToBehindItsEnd)
+{
+  const Eigen::Vector3d sensor(1, 2, 3);
+  DepthView view(sensor, 8.0, {}, false);
+  view.addRay(towards(31, 11, 4.0));
+  view.finish();
+  const auto holds = [&](double azimuth, double elevation, double range)
+  { return view.contains(sensor + towards(azimuth, elevation, range)); };
+  EXPECT_TRUE(holds(31, 11, 4.299));
+  EXPECT_FALSE(holds(31, 11, 4.301));
+  EXPECT_TRUE(holds(30.1, 10.1, 1.0));
+  EXPECT_TRUE(holds(32.4, 12.4, 1.0));
+  for (const auto& [azimuth, elevation] : {std::pair{29.9, 11.0}, {32.6, 11.0}, {31.0, 9.9}, {31.0, 12.6}})
+  {
+    EXPECT_FALSE(holds(azimuth, elevation, 1.0)) << azimuth << " " << elevation;
+    EXPECT_TRUE(holds(azimuth, elevation, 0.29)) << azimuth << " " << elevation;
+  }
+  EXPECT_TRUE(view.contains(sensor));
+}
+
+TEST(DepthView, EndsAtTheMaximumRange)
+{
+  DepthView view(Eigen::Vector3d::Zero(), 8.0, {}, false);
+  view.addRay(towards(1, 1, 7.9));
+  view.finish();
+  EXPECT_TRUE(view.contains(towards(1, 1, 7.99)));
+  EXPECT_FALSE(view.contains(towards(1, 1, 8.01)));
+}
+
+TEST(DepthView, TakesTheLongestRayOfABin)
+{
+  DepthView view(Eigen::Vector3d::Zero(), 100.0, {}, false);
+  for (const double range : {2.0, 5.0, 3.0}) view.addRay(towards(-100.5, -20.5, range));
+  view.finish();
+  EXPECT_TRUE(view.contains(towards(-101, -21, 5.2)));
+  EXPECT_FALSE(view.contains(towards(-101, -21, 5.4)));
+}
+
+TEST(DepthView, IsFlatInAPlanarMap)
+{
+  DepthView view(Eigen::Vector3d(0, 0, 1), 8.0, {}, true);
+  view.addRay({3, 0.05, 40});
+  view.finish();
+  EXPECT_EQ(view.image().depths_m.size(), 1u);
+  EXPECT_TRUE(view.contains({3.2, 0.05, -7}));
+  EXPECT_FALSE(view.contains({3.4, 0.05, 1}));
+}
+
+TEST(DepthViewProperty, BinsAreThoseOfTheAngles)
+{
+  Random random(1);
+  const FieldRules rules{0.0, 0.1, 2.5};
+  for (int i = 0; i < 2000; ++i)
+  {
+    const Eigen::Vector3d ray = random.inCube(1.0).normalized();
+    const Eigen::Vector3d other = (ray + random.inCube(0.04)).normalized();
+    const auto bin = [](const Eigen::Vector3d& d)
+    {
+      return std::pair{(std::atan2(d.y(), d.x()) / kDegree + 180) / 2.5,
+                       (std::atan2(d.z(), std::hypot(d.x(), d.y())) / kDegree + 90) / 2.5};
+    };
+    const auto [ra, re] = bin(ray);
+    const auto [oa, oe] = bin(other);
+    const auto onEdge = [](double bins) { return std::abs(bins - std::round(bins)) < 1e-3; };
+    if (onEdge(ra) || onEdge(re) || onEdge(oa) || onEdge(oe)) continue;
+    DepthView view(Eigen::Vector3d::Zero(), 8.0, rules, false);
+    view.addRay(2.0 * ray);
+    view.finish();
+    ASSERT_EQ(view.contains(other), std::floor(ra) == std::floor(oa) && std::floor(re) == std::floor(oe));
+  }
+}
+
+TEST(DepthView, ComesBackFromItsImageAndRefusesOthers)
+{
+  DepthView view(Eigen::Vector3d(1, 0, 0), 8.0, {}, false);
+  view.addRay({1, 2, 1});
+  view.addRay({-1, 2, 0});
+  view.finish();
+  EXPECT_TRUE(DepthView::fromImage(view.image()).image() == view.image());
+  const auto refused = [&](auto&& spoil)
+  {
+    DepthView::Image image = view.image();
+    spoil(image);
+    EXPECT_THROW((void)DepthView::fromImage(image), std::runtime_error);
+  };
+  refused([](auto& i) { i.rows += 1; });
+  refused([](auto& i) { i.firstRow = 72; });
+  refused([](auto& i) { i.firstColumn = 4000000000u; });
+  refused([](auto& i) { i.depths_m.pop_back(); });
+  refused([](auto& i) { i.depths_m.front() = -1; });
+  refused([](auto& i) { i.rangeMax_m = 0; });
+  refused([](auto& i) { i.rules.angle_deg = 0; });
+  refused([](auto& i) { i.sensor.x() = NAN; });
+}
+
+}  // namespace
+}  // namespace lamap::test

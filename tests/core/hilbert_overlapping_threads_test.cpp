@@ -1,0 +1,63 @@
+// The same bytes for every number of threads, and what may be called from several threads at once.
+#include <gtest/gtest.h>
+#include <lamap_core/hilbert_overlapping_map.h>
+#include <support/posed_scans.h>
+
+#include <tbb/global_control.h>
+
+#include <thread>
+
+namespace lamap::test
+{
+namespace
+{
+/// Lets four threads work at once, however few processors there are.
+const tbb::global_control kFourThreads(tbb::global_control::max_allowed_parallelism, 4);
+
+TEST(OverlappingMapProperty, NumberOfThreadsDoesNotMatter)
+{
+  for (unsigned seed = 1; seed <= 6; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    OverlappingOptions options =
+        presetOptions(seed % 3 == 0 ? OverlappingPreset::Thesis : OverlappingPreset::Default);
+    options.structure.blockDepth = random.integer(2, 6);
+    options.structure.pruning = random.pick<Pruning>({Pruning::None, Pruning::Lossless, Pruning::State});
+    options.structure.planar = seed % 5 == 0;
+    RoomRecipe recipe;
+    recipe.rays = 700;
+    recipe.upright = options.structure.planar;
+    const std::vector<PosedScan> scans = roomScans(random, recipe, 2);
+    const auto mapOf = [&](unsigned threads)
+    {
+      OverlappingHilbertMap map(options.structure);
+      for (const PosedScan& posed : scans) map.insert(posed.scan, options.inference, posed.pose, threads);
+      Eigen::Isometry3d pose = scans[0].pose;
+      pose.translation().x() += 0.3;
+      map.setModelPose(0, pose, {}, threads);
+      return map;
+    };
+    const OverlappingHilbertMap reference = mapOf(1);
+    for (const unsigned threads : {2u, 4u, 0u}) ASSERT_TRUE(reference == mapOf(threads)) << threads;
+  }
+}
+
+TEST(OverlappingMap, MayBeAskedFromSeveralThreads)
+{
+  Random random(1);
+  OverlappingHilbertMap map;
+  const std::vector<PosedScan> scans = roomScans(random, {}, 2);
+  for (const PosedScan& posed : scans) map.insert(posed.scan, {}, posed.pose);
+  const Eigen::Vector3d point = scans[0].scan.fans.front().returns_map.front();
+  const double expected = OverlappingHilbertMap(map).continuousAt(point, {})->prob;
+  std::vector<std::thread> threads;
+  std::vector<double> answers(4);
+  for (size_t i = 0; i < answers.size(); ++i)
+    threads.emplace_back([&, i] { answers[i] = map.continuousAt(point, {})->prob; });
+  for (std::thread& thread : threads) thread.join();
+  for (const double answer : answers) EXPECT_EQ(answer, expected);
+}
+
+}  // namespace
+}  // namespace lamap::test

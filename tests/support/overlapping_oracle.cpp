@@ -1,0 +1,206 @@
+#include <support/overlapping_oracle.h>
+
+#include <lamap_core/hilbert_frame.h>
+#include <lamap_core/hilbert_training.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lamap::test
+{
+namespace
+{
+constexpr double kPi = 3.141592653589793;
+constexpr double kDoubt_m = 1e-5;
+
+Eigen::Isometry3d inPlane(const Eigen::Isometry3d& pose)
+{
+  Eigen::Isometry3d flat = Eigen::Isometry3d::Identity();
+  const double yaw = std::atan2(pose.linear()(1, 0), pose.linear()(0, 0));
+  flat.linear() = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  flat.translation() = Eigen::Vector3d(pose.translation().x(), pose.translation().y(), 0);
+  return flat;
+}
+
+/// Bin of a direction; doubtful next to the edge of a bin.
+std::pair<int, int> binOf(const Eigen::Vector3d& d, double bin_deg, bool planar, bool& doubtful)
+{
+  const auto binAlong = [&](double angle_rad)
+  {
+    const double bins = angle_rad * 180.0 / kPi / bin_deg;
+    // Angles are worked out to 1e-5 rad.
+    if (std::abs(bins - std::round(bins)) < 1e-3) doubtful = true;
+    return static_cast<int>(std::floor(bins));
+  };
+  const int column = binAlong(std::atan2(d.y(), d.x()) + kPi);
+  return {planar ? 0 : binAlong(std::atan2(d.z(), std::hypot(d.x(), d.y())) + kPi / 2), column};
+}
+}  // namespace
+
+void OverlappingOracle::addModel(const HilbertModel& model, const std::vector<PosedScan>& scans)
+{
+  const bool planar = structure_.planar;
+  Model own;
+  own.pose = planar ? inPlane(scans.front().pose) : scans.front().pose;
+  own.bias = model.bias;
+  const double h = structure_.latticeSpacing;
+  size_t number = 0;
+  for (size_t b = 0; b < model.siteBlocks.size(); ++b)
+    for (int offset = 0; offset < 512; ++offset)
+    {
+      if ((model.siteBits[b][static_cast<size_t>(offset / 64)] >> (offset % 64) & 1) == 0) continue;
+      const BlockIndex& block = model.siteBlocks[b];
+      const Eigen::Vector3d site(block.x * 8 + offset % 8, block.y * 8 + offset / 8 % 8,
+                                 block.z * 8 + offset / 64);
+      own.kernels.push_back({h * (site.array() + 0.5), model.siteWeights[number++]});
+    }
+  for (size_t k = 0; k < model.inducing.size(); ++k)
+    own.kernels.push_back({model.inducing[k], model.kernelWeights[k]});
+
+  // The rays in the model's frame, and the training points that they give there.
+  SelectedRays rays;
+  for (const PosedScan& posed : scans)
+  {
+    const SelectedRays selected = selectRays(posed.scan, inference_.rangeLimits());
+    for (size_t i = 0; i < selected.fans.size(); ++i)
+    {
+      const RayFan& fan = posed.scan.fans[i];
+      const double stated =
+          fan.statedRangeMax_m > 0 ? fan.statedRangeMax_m : std::numeric_limits<double>::infinity();
+      SelectedFan moved;
+      const auto toModel = [&](Eigen::Vector3d p)
+      {
+        if (planar) p.z() = 0;
+        return Eigen::Vector3d(own.pose.inverse() * p);
+      };
+      moved.origin_map = toModel(selected.fans[i].origin_map);
+      Sensor sensor{moved.origin_map, inference_.maxRange > 0 ? inference_.maxRange : stated, {}};
+      for (const Eigen::Vector3d& end : selected.fans[i].hitEnds_map)
+      {
+        moved.hitEnds_map.push_back(toModel(end));
+        sensor.rays.push_back(moved.hitEnds_map.back() - moved.origin_map);
+      }
+      for (Eigen::Vector3d ray : selected.fans[i].freeRays_map)
+      {
+        if (planar) ray.z() = 0;
+        moved.freeRays_map.emplace_back(own.pose.linear().transpose() * ray);
+        sensor.rays.push_back(moved.freeRays_map.back());
+      }
+      if (!sensor.rays.empty()) own.sensors.push_back(sensor);
+      rays.fans.push_back(moved);
+    }
+  }
+  HilbertSampler sampler;
+  const HilbertTrainingSet& set = sampler.sample(
+      rays, inference_, HilbertFrame::ofModel(structure_.resolution, structure_.latticeSpacing, planar));
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    std::vector<double> along;
+    for (const Eigen::Vector3d& p : set.points) along.push_back(p[axis]);
+    std::sort(along.begin(), along.end());
+    const auto cut = std::min((along.size() - 1) / 2, static_cast<size_t>(inference_.boxQuantile *
+                                                                          static_cast<double>(along.size())));
+    own.low[axis] = along[cut] - structure_.resolution / 2;
+    own.high[axis] = along[along.size() - 1 - cut] + structure_.resolution / 2;
+  }
+  models_.push_back(own);
+}
+
+bool OverlappingOracle::inField(const Model& model, const Eigen::Vector3d& p, bool& doubtful) const
+{
+  bool any = false;
+  for (const Sensor& sensor : model.sensors)
+  {
+    Eigen::Vector3d d = p - sensor.origin;
+    if (structure_.planar) d.z() = 0;
+    const double range = d.norm();
+    const auto within = [&](double limit)
+    {
+      if (std::abs(range - limit) < kDoubt_m) doubtful = true;
+      return range <= limit;
+    };
+    if (!within(sensor.rangeMax_m)) continue;
+    if (within(inference_.fieldNear))
+    {
+      any = true;
+      continue;
+    }
+    const auto bin = binOf(d, inference_.fieldAngle, structure_.planar, doubtful);
+    // All fans from the same place see together.
+    double depth = 0;
+    for (const Sensor& other : model.sensors)
+    {
+      if ((other.origin - sensor.origin).norm() > 1e-9 || other.rangeMax_m != sensor.rangeMax_m) continue;
+      for (Eigen::Vector3d ray : other.rays)
+      {
+        if (structure_.planar) ray.z() = 0;
+        bool rayDoubtful = false;
+        const auto rayBin = binOf(ray, inference_.fieldAngle, structure_.planar, rayDoubtful);
+        // A ray on the edge of a bin may be on its other side.
+        const bool touches =
+            std::abs(rayBin.first - bin.first) <= 1 && std::abs(rayBin.second - bin.second) <= 1;
+        if (rayDoubtful && touches) doubtful = true;
+        if (rayBin == bin) depth = std::max(depth, ray.norm());
+      }
+    }
+    if (depth > 0 && within(depth + inference_.fieldDepth)) any = true;
+  }
+  return any;
+}
+
+OverlappingOracle::Answer OverlappingOracle::at(const Eigen::Vector3d& point_map) const
+{
+  Answer answer;
+  double seen = 0;
+  double unseen = 0;
+  for (const Model& model : models_)
+  {
+    Eigen::Vector3d place = point_map;
+    if (structure_.planar) place.z() = 0;
+    Eigen::Vector3d p = model.pose.inverse() * place;
+    if (structure_.planar) p.z() = structure_.latticeSpacing / 2;
+    bool inBox = true;
+    for (int axis = 0; axis < (structure_.planar ? 2 : 3); ++axis)
+    {
+      inBox = inBox && p[axis] >= model.low[axis] && p[axis] <= model.high[axis];
+      for (const double face : {model.low[axis], model.high[axis]})
+        if (std::abs(p[axis] - face) < kDoubt_m) answer.doubtful = true;
+    }
+    if (!inBox) continue;
+    const double gamma = structure_.resolvedGamma();
+    const bool compact = structure_.features == HilbertFeatures::Compact;
+    double f = model.bias;
+    bool reached = !compact;
+    bool barely = false;
+    for (const Kernel& kernel : model.kernels)
+    {
+      double k = std::exp(-gamma * (p - kernel.centre).squaredNorm());
+      if (compact)
+      {
+        k -= structure_.cutoff;
+        if (std::abs(k) < 1e-6) barely = true;
+        if (k <= 0) continue;
+        reached = reached || k > 1e-6;
+      }
+      f += kernel.weight * k;
+    }
+    if (!reached && barely) answer.doubtful = true;
+    if (!reached) continue;
+    if (inField(model, p, answer.doubtful))
+    {
+      answer.inField = true;
+      seen += inference_.fieldWeight * f;
+    }
+    else if (structure_.outOfFieldLimit > 0)
+    {
+      answer.outOfField = true;
+      unseen += f;
+    }
+  }
+  const double limit = structure_.outOfFieldLimit;
+  answer.logodds = answer.inField ? seen : std::clamp(unseen, -limit, limit);
+  return answer;
+}
+
+}  // namespace lamap::test
