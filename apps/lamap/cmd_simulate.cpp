@@ -40,8 +40,20 @@ int simulate(Arguments arguments)
   options.shouldStop = stopRequested;
   tools::SimulateReport report;
   {
-    tools::ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
-    report = tools::simulate(options, [&](const tools::BuildProgress& progress) { bar.show(progress); });
+    std::string input;  // of the bar that is shown
+    std::unique_ptr<tools::ProgressBar> bar;
+    const auto show = [&](const tools::BuildProgress& progress)
+    {
+      if (!bar || progress.input != input)
+      {
+        bar.reset();
+        input = progress.input;
+        const char* unit = input == options.outPath ? "scans" : "cells";
+        bar = std::make_unique<tools::ProgressBar>(std::cerr, isatty(STDERR_FILENO) != 0, unit);
+      }
+      bar->show(progress);
+    };
+    report = tools::simulate(options, show);
   }
   if (report.stopped)
   {

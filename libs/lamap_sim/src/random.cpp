@@ -1,3 +1,4 @@
+#include <lamap_core/portable_math.h>
 #include <lamap_sim/random.h>
 
 #include <cmath>
@@ -13,24 +14,6 @@ uint64_t scrambled(uint64_t bits)
   bits = (bits ^ (bits >> 30U)) * 0xBF58476D1CE4E5B9ULL;
   bits = (bits ^ (bits >> 27U)) * 0x94D049BB133111EBULL;
   return bits ^ (bits >> 31U);
-}
-
-/// Natural logarithm of a normal number > 0, by ln m = 2 artanh((m − 1)/(m + 1)).
-double naturalLogarithm(double number)
-{
-  int exponent = 0;
-  double mantissa = std::frexp(number, &exponent);
-  constexpr double kRootOfHalf = 0.70710678118654752;
-  if (mantissa < kRootOfHalf)
-  {
-    mantissa *= 2;
-    --exponent;
-  }
-  const double s = (mantissa - 1) / (mantissa + 1);
-  double series = 0;
-  for (int power = 21; power >= 1; power -= 2) series = series * (s * s) + 1.0 / power;
-  constexpr double kLogarithmOf2 = 0.69314718055994531;
-  return exponent * kLogarithmOf2 + 2 * s * series;
 }
 }  // namespace
 
@@ -77,7 +60,7 @@ double Random::normal()
 {
   constexpr double kTwoPi = 6.283185307179586;
   const double aboveZero = 1 - uniform(0, 1);
-  const double length = std::sqrt(-2 * naturalLogarithm(aboveZero));
+  const double length = std::sqrt(-2 * portableLog(aboveZero));
   return length * sineCosine(kTwoPi * uniform(0, 1)).cosine;
 }
 

@@ -86,8 +86,14 @@ class LabelGrid
   void dropDeepCells()
   {
     // Spread along one axis after the other: near[i] is set where a cell within depth_ was.
-    std::vector<uint8_t> near(labels_.size());
-    for (size_t i = 0; i < labels_.size(); ++i) near[i] = labels_[i] != kSolid && isInInterior(i) ? 1 : 0;
+    std::vector<uint8_t> near(labels_.size(), 0);
+    forEachPart({0, 0, 0}, size_, 1,
+                [&](const Index3& cell)
+                {
+                  const size_t i = at(cell[0], cell[1], cell[2]);
+                  near[i] = labels_[i] != kSolid && isInInterior(cell) ? 1 : 0;
+                  return true;
+                });
     for (size_t axis = 0; axis < 3; ++axis) spread(near, axis);
     for (size_t i = 0; i < labels_.size(); ++i)
       if (labels_[i] == kSolid && near[i] == 0) labels_[i] = kDeep;
@@ -96,8 +102,15 @@ class LabelGrid
   [[nodiscard]] std::vector<TrueCell> cells() const
   {
     std::vector<TrueCell> cells;
-    for (size_t i = 0; i < labels_.size(); ++i)
-      if (labels_[i] == kOpen || labels_[i] == kSolid) cells.push_back({indexOf(i), labels_[i] == kSolid});
+    forEachPart({0, 0, 0}, size_, 1,
+                [&](const Index3& cell)
+                {
+                  const uint8_t label = labels_[at(cell[0], cell[1], cell[2])];
+                  if (label == kOpen || label == kSolid)
+                    cells.push_back(
+                        {{first_[0] + cell[0], first_[1] + cell[1], first_[2] + cell[2]}, label == kSolid});
+                  return true;
+                });
     return cells;
   }
 
@@ -134,23 +147,9 @@ class LabelGrid
            static_cast<size_t>(x);
   }
 
-  [[nodiscard]] Index3 positionOf(size_t i) const
-  {
-    const auto x = static_cast<size_t>(size_[0]);
-    const auto y = static_cast<size_t>(size_[1]);
-    return {static_cast<int32_t>(i % x), static_cast<int32_t>(i / x % y), static_cast<int32_t>(i / (x * y))};
-  }
-
-  [[nodiscard]] CellIndex indexOf(size_t i) const
-  {
-    const Index3 position = positionOf(i);
-    return {first_[0] + position[0], first_[1] + position[1], first_[2] + position[2]};
-  }
-
   /// Whether a cell overlaps the interior.
-  [[nodiscard]] bool isInInterior(size_t i) const
+  [[nodiscard]] bool isInInterior(const Index3& begin) const
   {
-    const Index3 begin = positionOf(i);
     for (size_t axis = 0; axis < 3; ++axis)
     {
       if (axis == 2 && world_.flat) continue;
@@ -171,14 +170,15 @@ class LabelGrid
 
   void spread(std::vector<uint8_t>& near, size_t axis) const
   {
-    Index3 step{0, 0, 0};
-    step[axis] = 1;
-    const size_t stride = at(step[0], step[1], step[2]);
+    const std::array<size_t, 3> strides{1, at(0, 1, 0), at(0, 0, 1)};
+    const size_t stride = strides[axis];
     const int32_t length = size_[axis];
     std::vector<uint8_t> line(static_cast<size_t>(length));
-    for (size_t start = 0; start < near.size(); ++start)
+    Index3 starts = size_;  // of the lines along the axis
+    starts[axis] = 1;
+    const auto spreadLine = [&](const Index3& begin)
     {
-      if (positionOf(start)[axis] != 0) continue;
+      const size_t start = at(begin[0], begin[1], begin[2]);
       for (int32_t i = 0; i < length; ++i) line[static_cast<size_t>(i)] = near[start + i * stride];
       for (int32_t i = 0; i < length; ++i)
       {
@@ -186,7 +186,9 @@ class LabelGrid
         const auto to = line.begin() + std::min(length, i + depth_ + 1);
         near[start + i * stride] = std::find(from, to, 1) != to ? 1 : 0;
       }
-    }
+      return true;
+    };
+    forEachPart({0, 0, 0}, starts, 1, spreadLine);
   }
 
   const World& world_;

@@ -326,7 +326,7 @@ class Simulation
   SimulateReport run(const ProgressSink& progress)
   {
     openFiles();
-    report_.stopped = !writeLog(progress) || !writeTruth();
+    report_.stopped = !writeLog(progress) || !writeTruth(progress);
     if (report_.stopped)
     {
       report_.files.clear();
@@ -400,17 +400,27 @@ class Simulation
     log.addScan(reported, readings);
   }
 
-  bool writeTruth()
+  bool writeTruth(const ProgressSink& progress)
   {
     if (options_.truthPaths.empty()) return true;
     const int depth = truthDepthInCells(options_);
     truth_ = sim::truthOf(world_, {options_.resolution_m, depth}, options_.shouldStop);
     if (options_.shouldStop()) return false;
     for (const sim::TrueCell& cell : truth_) ++(cell.solid ? report_.solidCells : report_.freeCells);
+    BuildProgress state;
+    state.expected = truth_.size();
     for (const std::string& path : options_.truthPaths)
-      if (endsWith(path, ".csv") &&
-          !writeTruthCsv(truth_, options_.resolution_m, file(path), options_.shouldStop))
-        return false;
+    {
+      if (!endsWith(path, ".csv")) continue;
+      state.input = path;
+      const auto goOn = [&](size_t written)
+      {
+        state.done = written;
+        if (progress) progress(state);
+        return !options_.shouldStop();
+      };
+      if (!writeTruthCsv(truth_, options_.resolution_m, file(path), goOn)) return false;
+    }
     return true;
   }
 

@@ -52,14 +52,14 @@ class TruthCells : public CellMap
 }  // namespace
 
 bool writeTruthCsv(const std::vector<sim::TrueCell>& cells, double resolution_m, FileOutput& file,
-                   const std::function<bool()>& shouldStop)
+                   const std::function<bool(size_t)>& goOn)
 {
   file.append("x,y,z,label\n");
   size_t count = 0;
   for (const sim::TrueCell& cell : cells)
   {
     constexpr size_t kBetweenQuestions = 1U << 16U;
-    if (++count % kBetweenQuestions == 0 && shouldStop()) return false;
+    if (++count % kBetweenQuestions == 0 && !goOn(count)) return false;
     const Eigen::Vector3d centre = cellCentre(cell.index, resolution_m);
     for (int axis = 0; axis < 3; ++axis)
     {

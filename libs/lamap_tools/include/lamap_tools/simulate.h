@@ -53,7 +53,7 @@ struct SimulateReport
 /** Makes a world, sends a sensor through it and writes what it reads as a log, and the truth.
  *
  * The same options give the same bytes of every file. All files are put in place at the end.
- * @param progress  of the scans
+ * @param progress  of the scans, with the log as its input, then of the cells of each CSV
  * @throws UsageError for names and values that cannot be; std::runtime_error naming the file if one cannot be
  * read or written, or if a sensor on a file's way would stand in a solid: then nothing is written */
 SimulateReport simulate(const SimulateOptions& options, const ProgressSink& progress = nullptr);
