@@ -144,7 +144,8 @@ struct HilbertMap::Model
   {
     if (inference.solverFor(structure.training) == HilbertSolver::Lbfgs)
       lbfgs.minimize({rows, set.labels, set.weights, mean, precision},
-                     {inference.iterationsFor(structure.training), LbfgsOptions{}.memory}, u, workers);
+                     {static_cast<int>(inference.iterationsFor(structure.training)), LbfgsOptions{}.memory},
+                     u, workers);
     else
       sgdSteps = trainSgd(rows, set.labels, set.weights, sgdOptions(inference, structure), sgdSteps, u);
   }
@@ -556,22 +557,38 @@ void HilbertMap::logoddsOf(const CellIndex& first, const std::array<int, 3>& cou
     CompactQuery query(model.lattice, kernel_, structure_.latticeSpacing, structure_.planar);
     return query.atRegular(frame->anchorSite, points, out);
   }
-  if (model.classifier.empty()) return;
+  if (model.classifier.empty() || out.empty()) return;
   RegularPoints inMap = points;
   inMap.first = nystroemPlace(frame->anchorSite, points.first);
   std::vector<float> logodds;
   model.nystroem.logoddsAt(model.folded, inMap, logodds, Workers(1));
-  size_t i = 0;
-  for (int z = 0; z < counts[2]; ++z)
-    for (int y = 0; y < counts[1]; ++y)
-      for (int x = 0; x < counts[0]; ++x, ++i)
+  // Cells share sites: which of them a cell is in is found an axis at a time, and each site is asked once.
+  std::array<std::vector<int32_t>, 3> sites;
+  for (size_t axis = 0; axis < 3; ++axis)
+    for (int i = 0; i < counts[axis]; ++i)
+      sites[axis].push_back(
+          structure_.planar && axis == 2
+              ? 0
+              : AxisReaches::siteOf(points.first[static_cast<int>(axis)] + i * points.step_m,
+                                    structure_.latticeSpacing));
+  const CellIndex& anchor = frame->anchorSite;
+  const auto countOf = [&](size_t axis)
+  { return static_cast<size_t>(sites[axis].back() - sites[axis].front() + 1); };
+  std::vector<std::optional<bool>> reached(countOf(0) * countOf(1) * countOf(2));
+  auto* answer = out.data();
+  const float* logodd = logodds.data();
+  for (const int32_t z : sites[2])
+    for (const int32_t y : sites[1])
+      for (const int32_t x : sites[0])
       {
-        const Eigen::Vector3d place = points.first + points.step_m * Eigen::Vector3d(x, y, z);
-        const auto site = [&](int axis, int32_t anchor)
-        { return anchor + AxisReaches::siteOf(place[axis], structure_.latticeSpacing); };
-        const CellIndex at{site(0, frame->anchorSite.x), site(1, frame->anchorSite.y),
-                           structure_.planar ? 0 : site(2, frame->anchorSite.z)};
-        if (nystroemReaches(at)) out[i] = {logodds[i], true};
+        std::optional<bool>& known = reached[(static_cast<size_t>(z - sites[2].front()) * countOf(1) +
+                                              static_cast<size_t>(y - sites[1].front())) *
+                                                 countOf(0) +
+                                             static_cast<size_t>(x - sites[0].front())];
+        if (!known) known = nystroemReaches({anchor.x + x, anchor.y + y, anchor.z + z});
+        if (*known) *answer = {*logodd, true};
+        ++answer;
+        ++logodd;
       }
 }
 
