@@ -86,23 +86,34 @@ TEST(Truth, LeavesOutNothingElseWithinTheWorld)
   EXPECT_GT(mixed, 500);
 }
 
-TEST(Truth, SolidCellsReachAsDeepAsAskedFor)
+TEST(Truth, SolidCellsReachAsDeepAsAskedForOnEverySide)
 {
   World world;
-  world.name = "half";
-  world.interior_map = {Vector3d(0, 0, 0.05), Vector3d(1, 1, 1)};
-  world.scene = Scene({HalfSpace{Vector3d::UnitZ(), 0.05}});
+  world.name = "vault";
+  world.interior_map = {Vector3d::Constant(0.05), Vector3d::Constant(0.95)};
+  std::vector<Shape> shapes;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    shapes.emplace_back(HalfSpace{Vector3d::Unit(axis), 0.05});
+    shapes.emplace_back(HalfSpace{-Vector3d::Unit(axis), -0.95});
+  }
+  world.scene = Scene(shapes);
   for (const int depth : {1, 2, 5})
   {
-    int lowest = 100;
     int count = 0;
+    Eigen::Array3i low = Eigen::Array3i::Constant(100);
+    Eigen::Array3i high = -low;
     for (const TrueCell& cell : truthOf(world, {0.1, depth}))
     {
-      lowest = std::min(lowest, cell.index.z);
+      const Eigen::Array3i index(cell.index.x, cell.index.y, cell.index.z);
+      low = low.min(index);
+      high = high.max(index);
       count += cell.solid ? 0 : 1;
     }
-    EXPECT_EQ(lowest, -depth);  // the surface's own cell is z = 0
-    EXPECT_EQ(count, 10 * 10 * 9);
+    // The surfaces' own cells are 0 and 9.
+    EXPECT_TRUE((low == -depth).all()) << low.transpose();
+    EXPECT_TRUE((high == 9 + depth).all()) << high.transpose();
+    EXPECT_EQ(count, 8 * 8 * 8);
   }
 }
 
