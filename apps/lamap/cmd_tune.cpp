@@ -1,0 +1,98 @@
+#include "commands.h"
+
+#include <lamap_tools/progress_bar.h>
+#include <lamap_tools/query_map.h>
+#include <lamap_tools/tune.h>
+#include <unistd.h>
+
+#include <iostream>
+#include <memory>
+
+#include "legal_values.h"
+#include "stop_request.h"
+
+namespace lamap::app
+{
+namespace
+{
+struct Arguments
+{
+  tools::TuneOptions tune;
+  std::string sensorOrigin;
+  bool allowTruncated = false;
+  bool json = false;
+};
+
+int tune(Arguments arguments)
+{
+  if (!arguments.sensorOrigin.empty())
+  {
+    const auto origin = tools::parsePoint(arguments.sensorOrigin);
+    arguments.tune.inputs.sensorOrigin = {origin.x, origin.y, origin.z};
+  }
+  catchStopSignals();
+  arguments.tune.inputs.shouldStop = stopRequested;
+  tools::TuneReport report;
+  {
+    tools::ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
+    report =
+        tools::tuneMap(arguments.tune, [&](const tools::BuildProgress& progress) { bar.show(progress); });
+  }
+  if (report.stopped)
+  {
+    std::cerr << "lamap: stopped by the user; nothing is scored or saved\n";
+    return kStopped;
+  }
+  if (arguments.json)
+    std::cout << tools::tuningJson(report).dump(2) << "\n";
+  else
+    tools::printTuning(report, std::cout);
+  if (!report.damaged()) return 0;
+  for (const tools::InputReport& input : report.inputs)
+    for (const std::string& damage : input.damages)
+      std::cerr << "lamap: " << input.path << ": cut short or damaged: " << damage << "\n";
+  return arguments.allowTruncated ? 0 : kFailed;
+}
+}  // namespace
+
+void addTune(CLI::App& app, Action& action)
+{
+  auto arguments = std::make_shared<Arguments>();
+  tools::TuneOptions& options = arguments->tune;
+  CLI::App* command =
+      app.add_subcommand("tune", "Search a map's options by how well scans of a log predict each other");
+  command->add_option("-i,--input", options.inputs.paths, "Logs, as of `lamap build`")->required();
+  command->add_option("-m,--map", options.map.mapName, "Kind of map: bgkMap, octoMap, ...");
+  command->add_option("-c,--config", options.map.configPath, ".ini file to start from, as of `lamap build`");
+  // Values are separated by commas, which are the search's own business.
+  command
+      ->add_option("-s,--set", options.map.settings,
+                   "section.key=value, fixed; or section.key=a,b,c, searched: all combinations are tried")
+      ->required();
+  command->add_option("-o,--output", options.outPath, "Where to save the best settings, an .ini file");
+  auto* every = command
+                    ->add_option("--held-out", options.every,
+                                 "Every so many-th scan of each sensor is kept from the maps and scored")
+                    ->check(wholeNumber(2, 1000000000))
+                    ->capture_default_str();
+  command
+      ->add_flag("--prequential", options.prequential,
+                 "Instead: every scan is scored by what the map knows before it gets the scan")
+      ->excludes(every);
+  command
+      ->add_option("--max-range", options.maxRange_m,
+                   "Rays are scored up to here [m]; default: as far as the map inserts them")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--poses", options.inputs.posesPath, "Poses in place of the log's");
+  command->add_option("--sensor-origin", arguments->sensorOrigin,
+                      "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]");
+  command->add_flag("--static", options.inputs.standingStill,
+                    "For rawlogs: the robot stood at the origin all the time");
+  command->add_option("--threads", options.threads, "How many threads; 0: as many as the machine has")
+      ->check(wholeNumber(0, kMostThreads));
+  command->add_flag("--allow-truncated", arguments->allowTruncated, "A log that was cut short is no failure");
+  command->add_flag("--json", arguments->json, "The scores as JSON");
+  command->callback([&action, arguments] { action = [arguments] { return tune(*arguments); }; });
+}
+
+}  // namespace lamap::app
