@@ -1,4 +1,4 @@
-// lamap eval as a user calls it: exit codes, and what stands on which stream.
+// lamap eval and tune as a user calls them: exit codes, and what stands on which stream.
 #include <gtest/gtest.h>
 #include <lamap_mrpt/CBGKMap.h>
 #include <lamap_mrpt/map_file.h>
@@ -41,10 +41,10 @@ class EvalCommand : public testing::Test
   }
 
   /// A $ stands for the folder of the test.
-  int run(const std::string& arguments)
+  int run(const std::string& arguments, const std::string& subcommand = "eval")
   {
-    std::string command =
-        std::string(LAMAP_PROGRAM) + " eval " + arguments + " > $/stdout 2> $/stderr < /dev/null";
+    std::string command = std::string(LAMAP_PROGRAM) + " " + subcommand + " " + arguments +
+                          " > $/stdout 2> $/stderr < /dev/null";
     for (size_t at = 0; (at = command.find('$', at)) != std::string::npos;)
       command.replace(at, 1, folder_.path());
     const int status = std::system(command.c_str());
@@ -153,5 +153,22 @@ TEST_F(EvalCommand, WhatCannotBeScoredEndsWith1AndIsNamed)
   EXPECT_FALSE(exists("r.csv"));
   EXPECT_EQ(run("$/a.lamap.gz --truth $/one.csv"), 0) << "the other scores are given";
   EXPECT_NE(out_.find("AUC and average precision are undefined"), std::string::npos) << out_;
+}
+
+TEST_F(EvalCommand, TuneRanksSettingsAndSavesTheBest)
+{
+  const std::string log = "-i $/log.rawlog -m bgkMap --held-out 3 -s insertOpts.freeWeight=0.25,0.5,1 ";
+  ASSERT_EQ(run(log + "-s insertOpts.maxRange=5 -o $/best.ini", "tune"), 0) << err_;
+  EXPECT_NE(out_.find("3 settings of bgkMap, scored by 2 scans"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("insertOpts.freeWeight=0.25"), std::string::npos) << out_;
+  EXPECT_EQ(run("-i $/log.rawlog -c $/best.ini -o $/best.lamap.gz", "build"), 0) << err_;
+  ASSERT_EQ(run("-i $/log.rawlog -m octoMap --prequential -s insertOpts.probHit=0.6,0.8 --json", "tune"), 0)
+      << err_;
+  EXPECT_EQ(nlohmann::json::parse(out_)["scoredScans"], 5);
+  for (const char* wrong :
+       {"-i $/log.rawlog -m bgkMap", "-i $/log.rawlog -m bgkMap -s insertOpts.freeWeight=1",
+        "-i $/log.rawlog -m bgkMap -s creationOpts.resolution=0.1,0.2",
+        "-i $/log.rawlog -m bgkMap -s insertOpts.freeWeight=0.5,1 --prequential --held-out 3"})
+    EXPECT_EQ(run(wrong, "tune"), 2) << wrong << ": " << err_;
 }
 }  // namespace
