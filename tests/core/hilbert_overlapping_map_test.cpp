@@ -323,6 +323,75 @@ TEST(OverlappingMap, ABoxWithoutOutliersIsSmaller)
   EXPECT_LT(trimmed.extent()->second.x, 40);
 }
 
+HilbertUncertainty uncertainPose(Random& random)
+{
+  HilbertUncertainty uncertainty;
+  Eigen::Matrix<double, 6, 6> factor;
+  for (int i = 0; i < 36; ++i) factor(i / 6, i % 6) = random.uniform(-0.03, 0.03);
+  uncertainty.pose = factor * factor.transpose();
+  uncertainty.rangeStd_m = 0.05;
+  uncertainty.point = Eigen::Vector3d(0.01, 0.0025, 0.0001).asDiagonal();
+  return uncertainty;
+}
+
+TEST(OverlappingMap, UncertaintyOfNothingIsNone)
+{
+  Random random(1);
+  const PosedScan posed = roomScan(random, {});
+  OverlappingHilbertMap certain, uncertain;
+  const HilbertUncertainty none;
+  certain.insert(posed.scan, {}, posed.pose);
+  uncertain.insert(posed.scan, {}, posed.pose, &none);
+  EXPECT_TRUE(certain == uncertain);
+  HilbertUncertainty illegal;
+  illegal.point(0, 0) = -1;
+  EXPECT_THROW(uncertain.insert(posed.scan, {}, posed.pose, &illegal), std::invalid_argument);
+}
+
+/// A model knows nothing of the map: what is uncertain turns with the scene.
+TEST(OverlappingMapProperty, UncertaintyTurnsWithTheScene)
+{
+  for (unsigned seed = 1; seed <= 5; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const PosedScan posed = roomScan(random, {});
+    HilbertUncertainty uncertainty = uncertainPose(random);
+    uncertainty.centre = posed.pose.translation() + random.inCube(0.5);
+    Eigen::Isometry3d by = Eigen::Isometry3d::Identity();
+    by.linear() = randomRotation(random, false);
+    by.translation() = random.inCube(5);
+    const PosedScan turned = moved(posed, by);
+    HilbertUncertainty turnedToo = uncertainty;
+    const Eigen::Matrix3d r = by.linear();
+    for (const int row : {0, 3})
+      for (const int column : {0, 3})
+        turnedToo.pose.block<3, 3>(row, column) =
+            r * uncertainty.pose.block<3, 3>(row, column) * r.transpose();
+    turnedToo.pose = 0.5 * (turnedToo.pose + turnedToo.pose.transpose()).eval();
+    turnedToo.point = r * uncertainty.point * r.transpose();
+    turnedToo.centre = by * uncertainty.centre;
+
+    OverlappingInference inference;
+    inference.trainingPoints = HilbertPoints::Points;
+    OverlappingHilbertMap here, there, certain;
+    here.insert(posed.scan, inference, posed.pose, &uncertainty);
+    there.insert(turned.scan, inference, turned.pose, &turnedToo);
+    certain.insert(posed.scan, inference, posed.pose);
+    const auto& weights = here.models().front().model->siteWeights;
+    const auto& others = there.models().front().model->siteWeights;
+    ASSERT_EQ(weights.size(), others.size());
+    double most = 0;
+    for (size_t i = 0; i < weights.size(); ++i)
+    {
+      ASSERT_NEAR(weights[i], others[i], 2e-2);
+      most = std::max<double>(most, std::abs(weights[i]));
+    }
+    EXPECT_GT(most, 0.5);
+    EXPECT_FALSE(certain == here);
+  }
+}
+
 TEST(OverlappingMap, ScansWaitUntilTheirModelIsFull)
 {
   Random random(4);

@@ -32,7 +32,7 @@ TEST(OverlappingMapProperty, NumberOfThreadsDoesNotMatter)
     const auto mapOf = [&](unsigned threads)
     {
       OverlappingHilbertMap map(options.structure);
-      for (const PosedScan& posed : scans) map.insert(posed.scan, options.inference, posed.pose, threads);
+      for (const PosedScan& posed : scans) map.insert(posed.scan, options.inference, posed.pose, nullptr, threads);
       Eigen::Isometry3d pose = scans[0].pose;
       pose.translation().x() += 0.3;
       map.setModelPose(0, pose, {}, threads);

@@ -59,9 +59,12 @@ void OverlappingOracle::addModel(const HilbertModel& model, const std::vector<Po
     own.kernels.push_back({model.inducing[k], model.kernelWeights[k]});
 
   // The rays in the model's frame, and the training points that they give there.
-  SelectedRays rays;
+  HilbertSampler sampler;
+  const HilbertFrame frame = HilbertFrame::ofModel(structure_.resolution, structure_.latticeSpacing, planar);
+  std::vector<Eigen::Vector3d> points;
   for (const PosedScan& posed : scans)
   {
+    SelectedRays rays;
     const SelectedRays selected = selectRays(posed.scan, inference_.rangeLimits());
     for (size_t i = 0; i < selected.fans.size(); ++i)
     {
@@ -90,14 +93,13 @@ void OverlappingOracle::addModel(const HilbertModel& model, const std::vector<Po
       if (!sensor.rays.empty()) own.sensors.push_back(sensor);
       rays.fans.push_back(moved);
     }
+    const HilbertTrainingSet& set = sampler.sample(rays, inference_, frame);
+    points.insert(points.end(), set.points.begin(), set.points.end());
   }
-  HilbertSampler sampler;
-  const HilbertTrainingSet& set = sampler.sample(
-      rays, inference_, HilbertFrame::ofModel(structure_.resolution, structure_.latticeSpacing, planar));
   for (int axis = 0; axis < 3; ++axis)
   {
     std::vector<double> along;
-    for (const Eigen::Vector3d& p : set.points) along.push_back(p[axis]);
+    for (const Eigen::Vector3d& p : points) along.push_back(p[axis]);
     std::sort(along.begin(), along.end());
     const auto cut = std::min((along.size() - 1) / 2, static_cast<size_t>(inference_.boxQuantile *
                                                                           static_cast<double>(along.size())));

@@ -146,6 +146,29 @@ void setBox(const HilbertTrainingSet& set, double quantile, double resolution_m,
   }
 }
 
+Eigen::Matrix3d covarianceOf(const ModelScan& scan, const Eigen::Vector3d& point,
+                             const Eigen::Vector3d& sensor, bool planar)
+{
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  if (scan.uncertainty) covariance = scan.uncertainty->of(point, sensor);
+  if (planar)
+  {
+    covariance.row(2).setZero();
+    covariance.col(2).setZero();
+  }
+  return covariance;
+}
+
+/// Rᵀ·M·R, in an order of operations that is always the same.
+Eigen::Matrix3d turnedBack(const ModelPose& pose, const Eigen::Matrix3d& matrix)
+{
+  Eigen::Matrix3d half;
+  for (int column = 0; column < 3; ++column) half.col(column) = pose.turnedBack(matrix.col(column));
+  Eigen::Matrix3d turned;
+  for (int row = 0; row < 3; ++row) turned.row(row) = pose.turnedBack(half.row(row).transpose()).transpose();
+  return turned;
+}
+
 /// Finite, so that the sum of any of them is.
 float bounded(float weight)
 {
@@ -168,6 +191,29 @@ bool operator==(const ModelScan::Fan& a, const ModelScan::Fan& b)
          a.rays.hitEnds_map == b.rays.hitEnds_map && a.rays.freeRays_map == b.rays.freeRays_map;
 }
 
+bool operator==(const ModelScan& a, const ModelScan& b)
+{
+  if (!(a.fans == b.fans) || a.uncertainty.has_value() != b.uncertainty.has_value()) return false;
+  return !a.uncertainty ||
+         (a.uncertainty->pose == b.uncertainty->pose && a.uncertainty->centre == b.uncertainty->centre &&
+          a.uncertainty->rangeStd_m == b.uncertainty->rangeStd_m &&
+          a.uncertainty->point == b.uncertainty->point);
+}
+
+HilbertUncertainty toModelFrame(const HilbertUncertainty& uncertainty, const ModelPose& pose,
+                                const ModelShape& shape)
+{
+  HilbertUncertainty turned = uncertainty;
+  for (const int row : {0, 3})
+    for (const int column : {0, 3})
+      turned.pose.block<3, 3>(row, column) = turnedBack(pose, uncertainty.pose.block<3, 3>(row, column));
+  turned.point = turnedBack(pose, uncertainty.point);
+  const Eigen::Vector3d anchor = Eigen::Vector3d(pose.anchor.x, pose.anchor.y, pose.anchor.z);
+  turned.centre = rounded(pose.toModel(uncertainty.centre - anchor * shape.resolution_m));
+  if (shape.planar) turned.centre.z() = shape.flatHeight();
+  return turned;
+}
+
 ModelScan toModelFrame(const Scan& scan, const OverlappingInference& inference, const ModelPose& pose,
                        const ModelShape& shape, RayCounts& counts)
 {
@@ -181,22 +227,42 @@ ModelScan toModelFrame(const Scan& scan, const OverlappingInference& inference, 
   return moved;
 }
 
-std::optional<HilbertModel> HilbertModelTrainer::train(const std::vector<ModelScan>& scans,
-                                                       const OverlappingStructure& structure,
-                                                       const OverlappingInference& inference,
-                                                       const Workers& workers)
+const HilbertTrainingSet& HilbertModelTrainer::sample(const std::vector<ModelScan>& scans,
+                                                      const ModelShape& shape,
+                                                      const OverlappingInference& inference)
 {
-  const ModelShape shape(structure);
-  SelectedRays rays;
+  const HilbertFrame frame = HilbertFrame::ofModel(shape.resolution_m, shape.spacing_m, shape.planar);
+  const bool uncertain = std::any_of(scans.begin(), scans.end(),
+                                     [](const ModelScan& scan) { return scan.uncertainty.has_value(); });
+  set_.clear();
   for (const ModelScan& scan : scans)
+  {
+    SelectedRays rays;
     for (const ModelScan::Fan& fan : scan.fans)
     {
       rays.fans.push_back(fan.rays);
       rays.counts.hits += fan.rays.hitEnds_map.size();
       rays.counts.freeOnly += fan.rays.freeRays_map.size();
     }
-  const HilbertFrame frame = HilbertFrame::ofModel(shape.resolution_m, shape.spacing_m, shape.planar);
-  const HilbertTrainingSet& set = sampler_.sample(rays, inference, frame);
+    const HilbertTrainingSet& own = sampler_.sample(rays, inference, frame);
+    set_.points.insert(set_.points.end(), own.points.begin(), own.points.end());
+    set_.labels.insert(set_.labels.end(), own.labels.begin(), own.labels.end());
+    set_.weights.insert(set_.weights.end(), own.weights.begin(), own.weights.end());
+    if (!uncertain) continue;
+    const Eigen::Vector3d sensor = scan.fans.front().rays.origin_map;
+    for (const Eigen::Vector3d& point : own.points)
+      set_.covariances.push_back(covarianceOf(scan, point, sensor, shape.planar));
+  }
+  return set_;
+}
+
+std::optional<HilbertModel> HilbertModelTrainer::train(const std::vector<ModelScan>& scans,
+                                                       const OverlappingStructure& structure,
+                                                       const OverlappingInference& inference,
+                                                       const Workers& workers)
+{
+  const ModelShape shape(structure);
+  const HilbertTrainingSet& set = sample(scans, shape, inference);
   if (set.size() == 0) return std::nullopt;
 
   HilbertModel model;

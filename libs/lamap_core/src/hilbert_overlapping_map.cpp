@@ -127,9 +127,11 @@ OctantRule OverlappingHilbertMap::ruleFor(const StateThresholds& thresholds) con
 }
 
 RayCounts OverlappingHilbertMap::insert(const Scan& scan, const OverlappingInference& inference,
-                                        const std::optional<Eigen::Isometry3d>& pose, unsigned threads)
+                                        const std::optional<Eigen::Isometry3d>& pose,
+                                        const HilbertUncertainty* uncertainty, unsigned threads)
 {
   inference.validate();
+  if (uncertainty != nullptr) uncertainty->validate();
   const bool isFirst = pending_.scans.empty();
   ModelPose frame = pending_.pose;
   if (isFirst)
@@ -138,6 +140,8 @@ RayCounts OverlappingHilbertMap::insert(const Scan& scan, const OverlappingInfer
   RayCounts counts;
   ModelScan moved = toModelFrame(scan, inference, frame, shape_, counts);
   if (counts.used() == 0) return counts;
+  if (uncertainty != nullptr && uncertainty->any())
+    moved.uncertainty = toModelFrame(*uncertainty, frame, shape_);
   pending_.pose = frame;
   pending_.scans.push_back(std::move(moved));
   if (pending_.scans.size() < inference.scansPerModel) return counts;

@@ -114,7 +114,9 @@ OverlappingOptions presetOptions(OverlappingPreset preset)
   OverlappingInference& inference = options.inference;
   inference.solver = HilbertSolver::SgdL1;
   inference.trainingPoints = HilbertPoints::Points;
-  inference.freeMargin = 0.5;
+  // Samples at regular distances from the sensor end up to one of them before the hit: half of one on
+  // average.
+  inference.freeMargin = 0.25;
   inference.freeResolution = 0.5;
   inference.hitWeight = 1.0;
   inference.fieldWeight = 1.0;

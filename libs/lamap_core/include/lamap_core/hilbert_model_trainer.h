@@ -24,8 +24,15 @@ struct ModelScan
     friend bool operator==(const Fan& a, const Fan& b);
   };
   std::vector<Fan> fans;
-  friend bool operator==(const ModelScan& a, const ModelScan& b) { return a.fans == b.fans; }
+  /// How sure the places of its points are, in the model's frame; empty: certain.
+  std::optional<HilbertUncertainty> uncertainty;
+
+  friend bool operator==(const ModelScan& a, const ModelScan& b);
 };
+
+/// What is known in the map, in the axes of a model. @param uncertainty its centre [m] in the map
+[[nodiscard]] HilbertUncertainty toModelFrame(const HilbertUncertainty& uncertainty, const ModelPose& pose,
+                                              const ModelShape& shape);
 
 /** Selects and cuts the rays of a scan and moves them into a model's frame.
  * @param counts of the rays, those that the frame cannot hold among the ones left out */
@@ -51,7 +58,12 @@ class HilbertModelTrainer
   void findWeights(FeatureRows& rows, const HilbertTrainingSet& set, const OverlappingStructure& structure,
                    const OverlappingInference& inference, const Workers& workers);
 
+  /// Of all scans, one after the other.
+  const HilbertTrainingSet& sample(const std::vector<ModelScan>& scans, const ModelShape& shape,
+                                   const OverlappingInference& inference);
+
   HilbertSampler sampler_;
+  HilbertTrainingSet set_;
   CompactRows compact_;
   FeatureRows nystroemRows_;
   Lbfgs lbfgs_;

@@ -56,12 +56,15 @@ class OverlappingHilbertMap
    * until then no cell and no query knows of it.
    * @param pose of the sensor in the map, the frame that the model is trained in; empty: the axes of the map
    * at the origin of the first fan. Of scans that wait, the first one's counts.
+   * @param uncertainty of its points, axes and centre in the map; models are trained with the expected kernel
+   * then. Null, or all zero: they are certain.
    * @param threads how many may work; 0: as many as the machine has. Never changes the result.
    * @return what became of its rays; nothing is changed if none was usable.
-   * @throws std::invalid_argument as OverlappingInference::validate() and ModelPose::of(); std::length_error,
-   * with nothing changed, if the scan has too many cells or points */
+   * @throws std::invalid_argument as validate() of the options and of the uncertainty, and ModelPose::of();
+   * std::length_error, with nothing changed, if the scan has too many cells or points */
   RayCounts insert(const Scan& scan, const OverlappingInference& inference,
-                   const std::optional<Eigen::Isometry3d>& pose = std::nullopt, unsigned threads = 0);
+                   const std::optional<Eigen::Isometry3d>& pose = std::nullopt,
+                   const HilbertUncertainty* uncertainty = nullptr, unsigned threads = 0);
 
   /// Trains the scans that wait, now. @return whether there were any
   bool trainPending(const OverlappingInference& inference, unsigned threads = 0);
