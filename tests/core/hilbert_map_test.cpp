@@ -7,6 +7,7 @@
 #include <support/seeded_scans.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -551,6 +552,38 @@ TEST(HilbertMap, EqualScansMakeSurer)
     EXPECT_GT(precision, lastPrecision);
     lastPrecision = precision;
   }
+}
+
+/// FNV-1a over the weights of a state.
+uint64_t checksumOf(const HilbertState& state)
+{
+  uint64_t hash = 0xcbf29ce484222325;
+  const auto add = [&](float number)
+  {
+    uint32_t bits = 0;
+    std::memcpy(&bits, &number, sizeof(bits));
+    for (int i = 0; i < 4; ++i, bits >>= 8) hash = (hash ^ (bits & 0xFF)) * 0x100000001b3;
+  };
+  for (const HilbertState::Block& block : state.blocks)
+    for (const SitePosterior& weight : block.weights)
+    {
+      add(weight.mean);
+      add(weight.precision);
+    }
+  for (const float weight : state.classifier) add(weight);
+  return hash;
+}
+
+// Whatever the compiler, its optimization and the processor: a change of these numbers is a change of all
+// maps.
+TEST(HilbertMap, TheBytesAreAlwaysThese)
+{
+  const std::vector<Scan> scans = roomScans(15, 3, 120);
+  const std::vector<HilbertStructure> structures = allHilbertStructures();
+  const std::vector<uint64_t> expected{17332376264192411454u, 1736245356538184191u, 1023657863939366880u,
+                                       10259013930432229099u, 7440521232385079909u};
+  for (size_t i = 0; i < structures.size(); ++i)
+    EXPECT_EQ(checksumOf(learned(structures[i], scans).state()), expected[i]) << nameOf(structures[i]);
 }
 }  // namespace
 }  // namespace lamap::test
