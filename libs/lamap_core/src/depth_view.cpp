@@ -10,32 +10,33 @@ namespace lamap
 {
 namespace
 {
+using Four = Eigen::Array4f;
 constexpr double kPi = 3.141592653589793;
 
-/// atan(z) for z in [0, 1], error below 2e-6 rad, from additions and multiplications alone.
-double arctangent(double z)
+/// Angles of (x, y) from the x axis, in [−π, π], error below 1e-5 rad; 0 for the origin. From additions,
+/// multiplications and divisions alone, each rounded by itself.
+Four anglesOf(const Four& y, const Four& x)
 {
-  const double s = z * z;
-  double sum = -0.01172120;
-  sum = sum * s + 0.05265332;
-  sum = sum * s - 0.11643287;
-  sum = sum * s + 0.19354346;
-  sum = sum * s - 0.33262347;
-  sum = sum * s + 0.99997726;
-  return sum * z;
-}
-
-/// Angle of (x, y) from the x axis, in [−π, π]; 0 for the origin.
-double angleOf(double y, double x)
-{
-  const double ax = std::abs(x);
-  const double ay = std::abs(y);
-  const double larger = std::max(ax, ay);
-  if (!(larger > 0)) return 0;
-  double angle = arctangent(std::min(ax, ay) / larger);
-  if (ay > ax) angle = 0.5 * kPi - angle;
-  if (x < 0) angle = kPi - angle;
-  return y < 0 ? -angle : angle;
+  constexpr auto kPiF = static_cast<float>(kPi);
+  const Four ax = x.abs();
+  const Four ay = y.abs();
+  const Four larger = ax.max(ay).max(1e-30f);
+  const Four z = ax.min(ay) / larger;
+  const Four s = z * z;
+  Four sum = Four::Constant(-0.01172120f);
+  for (const float term : {0.05265332f, -0.11643287f, 0.19354346f, -0.33262347f, 0.99997726f})
+  {
+    const Four product = sum * s;
+    sum = product + term;
+  }
+  Four angle = sum * z;
+  for (int i = 0; i < 4; ++i)
+  {
+    if (ay[i] > ax[i]) angle[i] = 0.5f * kPiF - angle[i];
+    if (x[i] < 0) angle[i] = kPiF - angle[i];
+    if (y[i] < 0) angle[i] = -angle[i];
+  }
+  return angle;
 }
 
 auto fieldsOf(const DepthView::Image& i)
@@ -69,25 +70,29 @@ void DepthView::countBins()
   allRows_ = image_.planar ? 1 : static_cast<uint32_t>(std::ceil(180.0 / image_.rules.angle_deg));
 }
 
-DepthView::Bin DepthView::binOf(const Eigen::Vector3d& direction) const
+DepthView::Bins DepthView::binsOf(const Four& x, const Four& y, const Four& z) const
 {
-  const double binsPerRadian = 180.0 / kPi / image_.rules.angle_deg;
-  const double x = direction.x();
-  const double y = direction.y();
-  Bin bin{0, 0};
-  bin.column = std::min(allColumns_ - 1, static_cast<uint32_t>((angleOf(y, x) + kPi) * binsPerRadian));
-  if (image_.planar) return bin;
-  const double elevation = angleOf(direction.z(), std::sqrt(x * x + y * y));
-  bin.row = std::min(allRows_ - 1, static_cast<uint32_t>((elevation + 0.5 * kPi) * binsPerRadian));
-  return bin;
+  const auto binsPerRadian = static_cast<float>(180.0 / kPi / image_.rules.angle_deg);
+  constexpr auto kPiF = static_cast<float>(kPi);
+  Bins bins;
+  bins.columns = (anglesOf(y, x) + kPiF) * binsPerRadian;
+  bins.rows = Four::Zero();
+  if (image_.planar) return bins;
+  const Four xx = x * x;
+  const Four yy = y * y;
+  const Four across = (xx + yy).sqrt();
+  bins.rows = (anglesOf(z, across) + 0.5f * kPiF).max(0.0f) * binsPerRadian;
+  return bins;
 }
 
 void DepthView::addRay(const Eigen::Vector3d& fromSensor)
 {
   Eigen::Vector3d ray = fromSensor;
   if (image_.planar) ray.z() = 0;
-  const Bin bin = binOf(ray);
-  float& depth = image_.depths_m[size_t{bin.row} * allColumns_ + bin.column];
+  const Bins bins =
+      binsOf(Four::Constant(static_cast<float>(ray.x())), Four::Constant(static_cast<float>(ray.y())),
+             Four::Constant(static_cast<float>(ray.z())));
+  float& depth = image_.depths_m[size_t{rowOf(bins.rows[0])} * allColumns_ + columnOf(bins.columns[0])];
   depth = std::max(depth, static_cast<float>(std::sqrt(ray.squaredNorm())));
 }
 
@@ -122,19 +127,36 @@ void DepthView::finish()
   image_ = std::move(cut);
 }
 
-bool DepthView::contains(const Eigen::Vector3d& place) const
+void DepthView::addContained(const std::array<Eigen::Vector3d, 4>& places,
+                             std::array<bool, 4>& contained) const
 {
-  Eigen::Vector3d direction = place - image_.sensor;
-  if (image_.planar) direction.z() = 0;
-  const double range = std::sqrt(direction.squaredNorm());
-  if (range > image_.rangeMax_m) return false;
-  if (range <= image_.rules.near_m) return true;
-  const Bin bin = binOf(direction);
-  const uint32_t row = bin.row - image_.firstRow;
-  const uint32_t column = bin.column - image_.firstColumn;
-  if (row >= image_.rows || column >= image_.columns) return false;
-  const float depth = image_.depths_m[size_t{row} * image_.columns + column];
-  return depth > 0 && range <= static_cast<double>(depth) + image_.rules.depth_m;
+  Four x;
+  Four y;
+  Four z;
+  for (size_t i = 0; i < 4; ++i)
+  {
+    const auto lane = static_cast<int>(i);
+    x[lane] = static_cast<float>(places[i].x() - image_.sensor.x());
+    y[lane] = static_cast<float>(places[i].y() - image_.sensor.y());
+    z[lane] = image_.planar ? 0.0f : static_cast<float>(places[i].z() - image_.sensor.z());
+  }
+  const Four xx = x * x;
+  const Four yy = y * y;
+  const Four zz = z * z;
+  const Four ranges = ((xx + yy) + zz).sqrt();
+  const Bins bins = binsOf(x, y, z);
+  for (int i = 0; i < 4; ++i)
+  {
+    const auto range = static_cast<double>(ranges[i]);
+    if (range > image_.rangeMax_m) continue;
+    bool& inside = contained[static_cast<size_t>(i)];
+    inside = inside || range <= image_.rules.near_m;
+    const uint32_t row = rowOf(bins.rows[i]) - image_.firstRow;
+    const uint32_t column = columnOf(bins.columns[i]) - image_.firstColumn;
+    if (inside || row >= image_.rows || column >= image_.columns) continue;
+    const float depth = image_.depths_m[size_t{row} * image_.columns + column];
+    inside = depth > 0 && range <= static_cast<double>(depth) + image_.rules.depth_m;
+  }
 }
 
 DepthView DepthView::fromImage(Image image)

@@ -187,9 +187,11 @@ ModelShape::ModelShape(const OverlappingStructure& structure)
 {
 }
 
-bool HilbertModel::inField(const Eigen::Vector3d& p) const
+std::array<bool, 4> HilbertModel::inField(const std::array<Eigen::Vector3d, 4>& places) const
 {
-  return std::any_of(views.begin(), views.end(), [&](const DepthView& view) { return view.contains(p); });
+  std::array<bool, 4> contained{};
+  for (const DepthView& view : views) view.addContained(places, contained);
+  return contained;
 }
 
 std::optional<float> HilbertModel::logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p) const
@@ -202,10 +204,10 @@ std::optional<float> HilbertModel::logoddsAt(const ModelShape& shape, const Eige
   return static_cast<float>(sum);
 }
 
-Evidence HilbertModel::evidenceOf(const ModelShape& shape, float logodds, const Eigen::Vector3d& p) const
+Evidence HilbertModel::evidenceOf(const ModelShape& shape, float logodds, bool inField) const
 {
   LogoddsSums sums;
-  if (inField(p))
+  if (inField)
     sums.inField = logoddsUnits(logodds, fieldWeight);
   else if (shape.speaksOutOfField)
     sums.outOfField = logoddsUnits(logodds, 1.0);
@@ -216,7 +218,7 @@ Evidence HilbertModel::evidenceAt(const ModelShape& shape, const Eigen::Vector3d
 {
   if (!inBox(p, shape.planar)) return {};
   const std::optional<float> logodds = logoddsAt(shape, p);
-  return logodds ? evidenceOf(shape, *logodds, p) : Evidence{};
+  return logodds ? evidenceOf(shape, *logodds, inField({p, p, p, p})[0]) : Evidence{};
 }
 
 size_t HilbertModel::memoryBytes() const

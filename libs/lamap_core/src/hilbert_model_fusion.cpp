@@ -1,7 +1,7 @@
 #include <lamap_core/hilbert_model_fusion.h>
 
 #include <lamap_core/logodds_evidence.h>
-#include <lamap_core/portable_math.h>
+#include <lamap_core/portable_math_four.h>
 #include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
@@ -24,6 +24,12 @@ void forEachTile(const BlockIndex& low, const BlockIndex& high, Visit&& visit)
   for (int32_t z = low.z; z <= high.z; ++z)
     for (int32_t y = low.y; y <= high.y; ++y)
       for (int32_t x = low.x; x <= high.x; ++x) visit(BlockIndex{x, y, z});
+}
+
+bool fewEnough(const BlockIndex& low, const BlockIndex& high)
+{
+  const auto along = [](int32_t from, int32_t to) { return static_cast<double>(to) - from + 1; };
+  return along(low.x, high.x) * along(low.y, high.y) * along(low.z, high.z) <= ScanBlocks::kMaxBlocks;
 }
 
 }  // namespace
@@ -54,23 +60,9 @@ class ModelFusion::Tile
   template <typename Visit>
   void forEachEvidence(Visit&& visit) const
   {
-    const ModelShape& shape = fusion_.shape_;
-    const ModelPose& pose = fusion_.pose_;
-    const bool always = !shape.compact();
     for (int z = 0; z < layers(); ++z)
       for (int y = 0; y < kEdge; ++y)
-        for (int x = 0; x < kEdge; ++x)
-        {
-          const float logodds = logodds_[static_cast<size_t>((z * kEdge + y) * kEdge + x)];
-          if (!always && logodds == kUnreached) continue;
-          const Eigen::Vector3d centre_cells(first_[0] + x + 0.5, first_[1] + y + 0.5,
-                                             shape.planar ? 0.0 : first_[2] + z + 0.5);
-          Eigen::Vector3d p = pose.toModel(centre_cells * shape.resolution_m);
-          if (shape.planar) p.z() = shape.flatHeight();
-          if (!fusion_.model_->inBox(p, shape.planar)) continue;
-          const Evidence evidence = fusion_.model_->evidenceOf(shape, logodds, p);
-          if (evidence.any()) visit(x, y, z, evidence);
-        }
+        for (int x = 0; x < kEdge; x += 4) visitFour(x, y, z, visit);
   }
 
  private:
@@ -84,6 +76,32 @@ class ModelFusion::Tile
   [[nodiscard]] const float* factorsOf(const Source& source, size_t axis, int32_t tile) const
   {
     return fusion_.factors_.data() + source.factors[axis] + static_cast<size_t>(tile) * kEdge;
+  }
+
+  template <typename Visit>
+  void visitFour(int x, int y, int z, Visit&& visit) const
+  {
+    const ModelShape& shape = fusion_.shape_;
+    const HilbertModel& model = *fusion_.model_;
+    const float* logodds = logodds_.data() + (z * kEdge + y) * kEdge + x;
+    std::array<Eigen::Vector3d, 4> places;
+    std::array<bool, 4> speaks{};
+    for (size_t i = 0; i < 4; ++i)
+    {
+      const Eigen::Vector3d centre_cells(first_[0] + x + static_cast<int>(i) + 0.5, first_[1] + y + 0.5,
+                                         shape.planar ? 0.0 : first_[2] + z + 0.5);
+      places[i] = fusion_.pose_.toModel(centre_cells * shape.resolution_m);
+      if (shape.planar) places[i].z() = shape.flatHeight();
+      speaks[i] = (!shape.compact() || logodds[i] != kUnreached) && model.inBox(places[i], shape.planar);
+    }
+    if (!(speaks[0] || speaks[1] || speaks[2] || speaks[3])) return;
+    const std::array<bool, 4> inField = model.inField(places);
+    for (size_t i = 0; i < 4; ++i)
+    {
+      if (!speaks[i]) continue;
+      const Evidence evidence = model.evidenceOf(shape, logodds[i], inField[i]);
+      if (evidence.any()) visit(x + static_cast<int>(i), y, z, evidence);
+    }
   }
 
   void add(const Source& source)
@@ -233,7 +251,11 @@ void ModelFusion::findFactors(Source& source)
       const float d = start + static_cast<float>(i) * step;
       factors[i] = gamma * (d * d);
     }
-    for (int i = 0; i < count; ++i) factors[i] = portableExp(factors[i]);
+    for (int i = 0; i < count; i += 4)
+    {
+      Eigen::Map<Four> four(factors + i);
+      four = portableExp(Four(four));
+    }
   };
   const CellIndex& anchor = pose_.anchor;
   alongAxis(0, source.firstTile.x, source.lastTile.x, anchor.x);
@@ -245,6 +267,11 @@ void ModelFusion::listTiles()
 {
   tiles_.reset(low_, high_);
   // A bias is said everywhere in the box.
+  if (!shape_.compact() && !fewEnough(low_, high_))
+    throw std::length_error(
+        "the box of a scan's training points has more than 4 million blocks of 8 cells an edge: set "
+        "maxRange, "
+        "boxQuantile or a larger resolution");
   if (!shape_.compact())
     forEachTile(low_, high_, [&](const BlockIndex& tile) { (void)tiles_.findOrAdd(tile); });
   // Counted, then sorted into each tile's part, in the order of the sources.

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -32,7 +34,14 @@ class DepthView
   void finish();
 
   /// @param place [m] in the frame of `sensor`.
-  [[nodiscard]] bool contains(const Eigen::Vector3d& place) const;
+  [[nodiscard]] bool contains(const Eigen::Vector3d& place) const
+  {
+    std::array<bool, 4> contained{};
+    addContained({place, place, place, place}, contained);
+    return contained[0];
+  }
+  /// Four at once, as that costs no more than one: sets those true that are in the field.
+  void addContained(const std::array<Eigen::Vector3d, 4>& places, std::array<bool, 4>& contained) const;
 
   /// The image, for files: depths by row of elevation, then azimuth; 0 where no ray went.
   struct Image
@@ -59,13 +68,19 @@ class DepthView
   }
 
  private:
-  struct Bin
+  using Four = Eigen::Array4f;
+  struct Bins
   {
-    uint32_t row;
-    uint32_t column;
+    Four rows;  ///< not rounded yet
+    Four columns;
   };
   void countBins();
-  [[nodiscard]] Bin binOf(const Eigen::Vector3d& direction) const;
+  [[nodiscard]] Bins binsOf(const Four& x, const Four& y, const Four& z) const;
+  [[nodiscard]] uint32_t rowOf(float bin) const { return std::min(allRows_ - 1, static_cast<uint32_t>(bin)); }
+  [[nodiscard]] uint32_t columnOf(float bin) const
+  {
+    return std::min(allColumns_ - 1, static_cast<uint32_t>(bin));
+  }
 
   Image image_;
   uint32_t allRows_ = 0;

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -107,13 +108,14 @@ struct HilbertModel
         p.x() >= boxLow.x() && p.x() <= boxHigh.x() && p.y() >= boxLow.y() && p.y() <= boxHigh.y();
     return inPlane && (planar || (p.z() >= boxLow.z() && p.z() <= boxHigh.z()));
   }
-  [[nodiscard]] bool inField(const Eigen::Vector3d& p) const;
+  /// Which of four places are in the field of a view.
+  [[nodiscard]] std::array<bool, 4> inField(const std::array<Eigen::Vector3d, 4>& places) const;
 
   /// Log-odds at a point; nothing where no feature reaches it.
   [[nodiscard]] std::optional<float> logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p) const;
 
-  /// Evidence (see LogoddsSums) from log-odds at a point in the box; none where the model does not speak.
-  [[nodiscard]] Evidence evidenceOf(const ModelShape& shape, float logodds, const Eigen::Vector3d& p) const;
+  /// Evidence (see LogoddsSums) from log-odds at a place in the box; none where the model does not speak.
+  [[nodiscard]] Evidence evidenceOf(const ModelShape& shape, float logodds, bool inField) const;
   /// What the model says of a point.
   [[nodiscard]] Evidence evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p) const;
 
