@@ -151,6 +151,24 @@ TEST(Sgd, WithL1FindsASparseMinimum)
   EXPECT_GT(lastZeros, rows.used().size() / 4);
 }
 
+// The bias alone is free of penalties: with all else forbidden it learns how many points are hits.
+TEST(Sgd, PenalizesNoBias)
+{
+  Random random(8);
+  HilbertTrainingSet set;
+  for (int i = 0; i < 400; ++i) set.add(random.inCube(1), i % 4 != 0, 1.0);
+  const NystroemFeatures features(set.points, 10, 3.0, 1);
+  FeatureRows rows;
+  features.rowsOf(set, rows, Workers(1));
+  for (const SgdPenalty penalty : {SgdPenalty::L1, SgdPenalty::L2})
+  {
+    std::vector<float> u(rows.weights(), 0.0f);
+    trainSgd(rows, set.labels, set.weights, {penalty, 1.0, 200, 1}, 0, u);
+    EXPECT_NEAR(u[*rows.bias()], std::log(3.0), 0.15);
+    for (size_t j = 0; j < features.components(); ++j) EXPECT_NEAR(u[j], 0.0, 0.3);
+  }
+}
+
 TEST(Sgd, IsRepeatedByItsSeedAndRefusesBadOptions)
 {
   Random random(6);

@@ -1,7 +1,7 @@
 #include <lamap_core/hilbert_nystroem.h>
 
 #include <lamap_core/legal_range.h>
-#include <lamap_core/portable_math.h>
+#include <lamap_core/portable_math_four.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +13,7 @@ namespace
 {
 /// Points whose features are formed side by side.
 constexpr size_t kSideBySide = 8;
+using Four = Eigen::Array4f;
 using Eight = Eigen::Array<float, kSideBySide, 1>;
 
 /// In place: the lower triangle of a symmetric positive definite matrix becomes its Cholesky factor L.
@@ -83,6 +84,7 @@ void NystroemFeatures::factorize()
   for (int axis = 0; axis < 3; ++axis)
     for (const Eigen::Vector3d& point : inducing_)
       fromFirst_[static_cast<size_t>(axis)].push_back(static_cast<float>(point[axis] - inducing_[0][axis]));
+  for (std::vector<float>& ofAxis : fromFirst_) ofAxis.resize(weightCount(), 0.0f);
   std::vector<double> matrix(m * m, 0.0);
   for (size_t i = 0; i < m; ++i)
     for (size_t j = 0; j <= i; ++j)
@@ -105,13 +107,18 @@ void NystroemFeatures::kernelsOf(const HilbertTrainingSet& set, size_t i, std::v
     return;
   }
   const Eigen::Vector3f place = (set.points[i] - inducing_[0]).cast<float>();
-  const auto gamma = static_cast<float>(gamma_);
-  for (size_t k = 0; k < m; ++k)
+  const auto gamma = static_cast<float>(-gamma_);
+  for (size_t k = 0; k < kernels.size(); k += 4)
   {
-    const float x = place.x() - fromFirst_[0][k];
-    const float y = place.y() - fromFirst_[1][k];
-    const float z = place.z() - fromFirst_[2][k];
-    kernels[k] = portableExp(-gamma * (x * x + y * y + z * z));
+    Four squares = Four::Zero();
+    for (size_t axis = 0; axis < 3; ++axis)
+    {
+      const Four d = place[static_cast<int>(axis)] - Eigen::Map<const Four>(fromFirst_[axis].data() + k);
+      const Four square = d * d;
+      squares += square;
+    }
+    const Four exponents = gamma * squares;
+    Eigen::Map<Four>{kernels.data() + k} = portableExp(exponents);
   }
 }
 
@@ -124,7 +131,7 @@ void NystroemFeatures::rowsOf(const HilbertTrainingSet& set, FeatureRows& rows, 
   rows.setBias(static_cast<uint32_t>(m));
   const auto fill = [&](size_t chunk)
   {
-    std::vector<float> kernels(m);
+    std::vector<float> kernels(weightCount());  // filled up to fours
     std::vector<float> sideBySide(m * kSideBySide, 0.0f);
     std::array<float*, kSideBySide> values{};
     const size_t end = rows.endPointOf(chunk);
@@ -142,16 +149,27 @@ void NystroemFeatures::rowsOf(const HilbertTrainingSet& set, FeatureRows& rows, 
         kernelsOf(set, begin + p, kernels);
         for (size_t k = 0; k < m; ++k) sideBySide[k * kSideBySide + p] = kernels[k];
       }
-      for (size_t j = 0; j < m; ++j)
+      for (size_t j = 0; j < m; j += 2)
       {
+        // Two components at once share what is read of the points. Above its diagonal L⁻¹ is 0.
+        const bool pair = j + 1 < m;
+        const float* row = inverseF_.data() + j * m;
+        const float* next = pair ? row + m : row;
         Eight sum = Eight::Zero();
-        const float* inverseRow = inverseF_.data() + j * m;
-        for (size_t k = 0; k <= j; ++k)
+        Eight nextSum = Eight::Zero();
+        for (size_t k = 0; k <= (pair ? j + 1 : j); ++k)
         {
-          const Eight product = inverseRow[k] * Eigen::Map<const Eight>(sideBySide.data() + k * kSideBySide);
+          const Eight points = Eigen::Map<const Eight>(sideBySide.data() + k * kSideBySide);
+          const Eight product = row[k] * points;
+          const Eight nextProduct = next[k] * points;
           sum += product;
+          nextSum += nextProduct;
         }
-        for (size_t p = 0; p < count; ++p) values[p][j] = sum[static_cast<int>(p)];
+        for (size_t p = 0; p < count; ++p)
+        {
+          values[p][j] = sum[static_cast<int>(p)];
+          if (pair) values[p][j + 1] = nextSum[static_cast<int>(p)];
+        }
       }
       for (size_t p = 0; p < count; ++p) values[p][m] = 1.0f;
     }

@@ -12,27 +12,35 @@ namespace lamap
 {
 namespace
 {
-/// Cumulative L1 penalties: each weight has paid so much of what all owe.
+using Four = Eigen::Array4f;
+
+/** Cumulative L1 penalties: each weight has paid so much of what all owe. A weight may pay whenever it is
+ * looked at, as long as it pays in the end. */
 class CumulativePenalty
 {
  public:
-  explicit CumulativePenalty(size_t weights) : paid_(weights, 0.0) {}
+  explicit CumulativePenalty(size_t weights) : paid_(weights, 0.0f) {}
   void grow(double by) { owed_ += by; }
-  void payFor(size_t j, float& weight)
+
+  /// Four weights from number j pay what they still owe, as far as zero.
+  Four paidFor(size_t j, const Four& weights)
   {
-    const double before = weight;
-    double after = before;
-    if (before > 0)
-      after = std::max(0.0, before - (owed_ + paid_[j]));
-    else if (before < 0)
-      after = std::min(0.0, before + (owed_ - paid_[j]));
-    weight = static_cast<float>(after);
-    paid_[j] += static_cast<double>(weight) - before;
+    Eigen::Map<Four> paid(paid_.data() + j);
+    const auto owed = static_cast<float>(owed_);
+    const Four zero = Four::Zero();
+    // Of the two that follow one is 0: which one, the sign of the weight decides.
+    const Four ofPositive = (paid + owed).max(zero);
+    const Four ofNegative = (owed - paid).max(zero);
+    const Four positive = (weights - ofPositive).max(zero);
+    const Four negative = (weights + ofNegative).min(zero);
+    const Four after = positive + negative;
+    paid += after - weights;
+    return after;
   }
 
  private:
   double owed_ = 0;
-  std::vector<double> paid_;
+  std::vector<float> paid_;
 };
 
 class SgdTrainer
@@ -51,32 +59,40 @@ class SgdTrainer
     const double f = scale_ * static_cast<double>(rows_.dot(point, u_.data()));
     const double downhill = rate * static_cast<double>(weight) * (label - logistic(f));
     if (options_.penalty == SgdPenalty::L2) shrink(1.0 - rate * options_.alpha);
-    rows_.addTo(point, static_cast<float>(downhill / scale_), u_.data());
-    if (options_.penalty == SgdPenalty::L1)
-    {
-      penalty_.grow(rate * options_.alpha);
-      rows_.forEachRun(point,
-                       [&](const FeatureRows::Run& run)
+    const auto factor = static_cast<float>(downhill / scale_);
+    if (options_.penalty == SgdPenalty::L2) return rows_.addTo(point, factor, u_.data());
+    penalty_.grow(rate * options_.alpha);
+    const float bias = rows_.bias() ? u_[*rows_.bias()] + factor : 0.0f;
+    rows_.forEachRun(point,
+                     [&](const FeatureRows::Run& run)
+                     {
+                       for (int k = 0; k < rows_.width(); k += 4)
                        {
-                         for (uint32_t k = 0; k < static_cast<uint32_t>(rows_.width()); ++k)
-                           if (run.values[k] != 0.0f) payFor(run.first + k);
-                       });
-    }
+                         Eigen::Map<Four> weights(u_.data() + run.first + k);
+                         const Four change = factor * Eigen::Map<const Four>(run.values + k);
+                         weights = penalty_.paidFor(run.first + static_cast<uint32_t>(k), weights + change);
+                       }
+                     });
+    if (rows_.bias()) u_[*rows_.bias()] = bias;
   }
 
   /// What is left to be done for all weights.
   void finish()
   {
-    if (options_.penalty == SgdPenalty::L1)
-      for (const uint32_t j : rows_.used()) payFor(j);
     applyScale();
+    if (options_.penalty != SgdPenalty::L1) return;
+    const float bias = rows_.bias() ? u_[*rows_.bias()] : 0.0f;
+    // The last four may overlap those before: who has paid pays nothing more.
+    for (size_t j = 0; u_.size() >= 4 && j < u_.size(); j += 4)
+    {
+      const size_t first = std::min(j, u_.size() - 4);
+      Eigen::Map<Four> weights(u_.data() + first);
+      weights = penalty_.paidFor(first, weights);
+    }
+    if (rows_.bias()) u_[*rows_.bias()] = bias;
   }
 
  private:
-  void payFor(uint32_t j)
-  {
-    if (rows_.bias() != j) penalty_.payFor(j, u_[j]);
-  }
   /// @param by in (0, 1): the rate times α is below 1 / t
   void shrink(double by)
   {
@@ -122,7 +138,12 @@ uint64_t trainSgd(const FeatureRows& rows, const std::vector<float>& labels,
   for (int epoch = 0; epoch < options.epochs; ++epoch)
   {
     shuffle(order, generator);
-    for (const uint32_t i : order) trainer.learn(i, labels[i], weights[i], ++time);
+    for (size_t k = 0; k < order.size(); ++k)
+    {
+      // Rows come from all over memory: the next but one is asked for in time.
+      if (k + 2 < order.size()) rows.prefetch(order[k + 2]);
+      trainer.learn(order[k], labels[order[k]], weights[order[k]], ++time);
+    }
   }
   trainer.finish();
   return time;

@@ -66,6 +66,8 @@ class FeatureRows
   void addTo(size_t point, float factor, float* u) const;
   template <typename Visit>
   void forEachRun(size_t point, Visit&& visit) const;
+  /// Has the processor fetch a row that will be asked for soon.
+  void prefetch(size_t point) const;
 
  private:
   struct Chunk
