@@ -70,9 +70,7 @@ double bgkVariance(double alpha, double beta)  // Eq. (4.2)
 CellState bgkState(double mean, double variance, const StateThresholds& thresholds)  // Eq. (4.9)
 {
   if (thresholds.variance > 0 && !(variance < thresholds.variance)) return CellState::Unknown;
-  if (mean < thresholds.free) return CellState::Free;
-  if (mean > thresholds.occupied) return CellState::Occupied;
-  return CellState::Unknown;
+  return stateOf(mean, thresholds);
 }
 
 BgkMap::BgkMap(const BgkStructure& structure)

@@ -48,9 +48,9 @@ HilbertSolver HilbertInference::solverFor(HilbertTraining training) const
   return solver.value_or(training == HilbertTraining::Sgd ? HilbertSolver::SgdL1 : HilbertSolver::Lbfgs);
 }
 
-int HilbertInference::iterationsFor(HilbertTraining training) const
+uint32_t HilbertInference::iterationsFor(HilbertTraining training) const
 {
-  return iterations.value_or(training == HilbertTraining::Incremental ? 10 : 25);
+  return iterations.value_or(training == HilbertTraining::Incremental ? 10U : 25U);
 }
 
 RangeLimits HilbertInference::rangeLimits() const
@@ -66,7 +66,7 @@ void HilbertInference::validate(const HilbertStructure& structure) const
     throw std::invalid_argument("solver: training = incremental needs lbfgs, which gives a posterior");
   if (structure.training == HilbertTraining::Sgd && chosen == HilbertSolver::Lbfgs)
     throw std::invalid_argument("solver = lbfgs: training = sgd needs sgdL1 or sgdL2");
-  const int most = iterationsFor(structure.training);
+  const uint32_t most = iterationsFor(structure.training);
   requireLegal(most >= 1 && most <= 100000, "iterations", most, "a whole number from 1 to 100000");
   requireLegal(alpha >= 1e-12 && alpha <= 1e6, "alpha", alpha, "a number from 1e-12 to 1e6");
   requireLegal(epochs >= 1 && epochs <= 100000, "epochs", epochs, "a whole number from 1 to 100000");

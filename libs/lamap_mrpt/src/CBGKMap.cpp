@@ -55,7 +55,9 @@ const OptionTable& CBGKMap::TCreationOptions::optionTable() const
     OptionTable all("creationOpts");
     all.add<Self>("preset", &Self::preset, OptionTable::Traits::oneOf({"default", "thesis", "la3dm"}),
                   "named set of options, applied before all others");
-    addGridOptions<Self>(all)
+    addResolutionOption<Self>(all);
+    addBlockOptions<Self>(all);
+    addPlanarOptions<Self>(all)
         .add<Self>("priorAlpha", &Self::priorAlpha, {"", {0, 1e6, false}},
                    "pseudo-count for occupied of every cell")
         .add<Self>("priorBeta", &Self::priorBeta, {"", {0, 1e6, false}},
@@ -203,37 +205,25 @@ void CBGKMap::visitCells(const CellVisitor& visitor) const
 
 std::vector<CLearnedMap::Fact> CBGKMap::facts() const
 {
-  size_t cells = 0;
-  size_t free = 0;
-  size_t occupied = 0;
   double alpha = 0;
   double beta = 0;
-  map_.visitCells(insertionOptions.thresholds,
-                  [&](const CellIndex& cell, const CellEstimate& estimate)
-                  {
-                    ++cells;
-                    free += estimate.state == CellState::Free;
-                    occupied += estimate.state == CellState::Occupied;
-                    const Evidence evidence = map_.grid().evidence(cell);
-                    alpha += static_cast<double>(evidence.occupied) * kEvidenceUnit;
-                    beta += static_cast<double>(evidence.free) * kEvidenceUnit;
-                  });
-  std::vector<Fact> facts = {
-      {"resolution", inUnits(resolution(), "%g"), "m"},
-      {"cells", std::to_string(cells), ""},
-      {"occupied cells", std::to_string(occupied), ""},
-      {"free cells", std::to_string(free), ""},
-      {"unknown cells", std::to_string(cells - occupied - free), ""},
-      {"blocks", std::to_string(map_.grid().blockCount()), ""},
-      {"memory", inUnits(static_cast<double>(map_.grid().memoryBytes()) / (1024.0 * 1024.0), "%.3f"), "MiB"},
-      {"evidence for occupied", inUnits(alpha, "%.6g"), "pseudo-counts"},
-      {"evidence for free", inUnits(beta, "%.6g"), "pseudo-counts"}};
+  std::vector<Fact> facts = cellFacts(
+      [&](const CellIndex& cell, const CellEstimate&)
+      {
+        const Evidence evidence = map_.grid().evidence(cell);
+        alpha += static_cast<double>(evidence.occupied) * kEvidenceUnit;
+        beta += static_cast<double>(evidence.free) * kEvidenceUnit;
+      });
+  facts.push_back({"blocks", std::to_string(map_.grid().blockCount()), ""});
+  facts.push_back(memoryFact(map_.grid().memoryBytes()));
+  facts.push_back({"evidence for occupied", inUnits(alpha, "%.6g"), "pseudo-counts"});
+  facts.push_back({"evidence for free", inUnits(beta, "%.6g"), "pseudo-counts"});
   if (map_.structure().planar)
     facts.push_back({"planar, at height", inUnits(map_.structure().planarHeight, "%g"), "m"});
   if (map_.priorMap())
     facts.push_back({"blocks of the prior map", std::to_string(map_.priorMap()->grid().blockCount()), ""});
-  const std::vector<Fact> common = commonFacts();
-  facts.insert(facts.end(), common.begin(), common.end());
+  const std::vector<Fact> ofScans = scanFacts();
+  facts.insert(facts.end(), ofScans.begin(), ofScans.end());
   return facts;
 }
 
@@ -256,14 +246,9 @@ RangeLimits CBGKMap::rangeLimits() const
 
 void CBGKMap::updateVoxel(double x, double y, double z, bool occupied)
 {
-  const auto cell = cellAt({x, y, z}, resolution());
-  if (!cell)
-    throw std::invalid_argument("updateVoxel(" + std::to_string(x) + ", " + std::to_string(y) + ", " +
-                                std::to_string(z) + "): not a point that a cell of " +
-                                inUnits(resolution(), "%g") + " m can hold");
   const double scale = insertionOptions.kernelScale;
-  map_.addEvidence(*cell, occupied ? scale : 0.0, occupied ? 0.0 : insertionOptions.freeWeight * scale,
-                   insertionOptions.thresholds);
+  map_.addEvidence(addressableCell("updateVoxel", x, y, z), occupied ? scale : 0.0,
+                   occupied ? 0.0 : insertionOptions.freeWeight * scale, insertionOptions.thresholds);
   contentChanged();
 }
 

@@ -7,6 +7,7 @@
 #include <lamap_mrpt/nearest_name.h>
 #include <lamap_mrpt/observation_rays.h>
 #include <lamap_mrpt/occupied_cells.h>
+#include <mrpt/core/format.h>
 #include <mrpt/opengl/COpenGLScene.h>
 
 #include <algorithm>
@@ -349,7 +350,41 @@ bool CLearnedMap::tally(const RayCounts& counts)
   return true;
 }
 
-std::vector<CLearnedMap::Fact> CLearnedMap::commonFacts() const
+CellIndex CLearnedMap::addressableCell(const char* caller, double x, double y, double z) const
+{
+  const auto cell = cellAt({x, y, z}, resolution());
+  if (!cell)
+    throw std::invalid_argument(mrpt::format("%s(%g, %g, %g): not a point that a cell of %g m can hold",
+                                             caller, x, y, z, resolution()));
+  return *cell;
+}
+
+std::vector<CLearnedMap::Fact> CLearnedMap::cellFacts(const CellVisitor& also) const
+{
+  size_t cells = 0;
+  size_t free = 0;
+  size_t occupied = 0;
+  visitCells(
+      [&](const CellIndex& cell, const CellEstimate& estimate)
+      {
+        ++cells;
+        free += estimate.state == CellState::Free;
+        occupied += estimate.state == CellState::Occupied;
+        if (also) also(cell, estimate);
+      });
+  return {{"resolution", mrpt::format("%g", resolution()), "m"},
+          {"cells", std::to_string(cells), ""},
+          {"occupied cells", std::to_string(occupied), ""},
+          {"free cells", std::to_string(free), ""},
+          {"unknown cells", std::to_string(cells - occupied - free), ""}};
+}
+
+CLearnedMap::Fact CLearnedMap::memoryFact(size_t bytes)
+{
+  return {"memory", mrpt::format("%.3f", static_cast<double>(bytes) / (1024.0 * 1024.0)), "MiB"};
+}
+
+std::vector<CLearnedMap::Fact> CLearnedMap::scanFacts() const
 {
   std::vector<Fact> facts;
   const auto add = [&](const std::string& name, size_t count, const std::string& unit) {

@@ -140,6 +140,11 @@ std::string Option::textOf(const TOptionGroup& group) const
                    return length ? shortest(*length) : std::string();
                  },
                  [&](const Member<uint32_t>& member) { return std::to_string(lamap::read(member, group)); },
+                 [&](const Member<std::optional<uint32_t>>& member)
+                 {
+                   const std::optional<uint32_t>& number = lamap::read(member, group);
+                   return number ? std::to_string(*number) : std::string();
+                 },
                  [&](const Member<int>& member) { return std::to_string(lamap::read(member, group)); },
                  [&](const Member<bool>& member)
                  { return std::string(lamap::read(member, group) ? "true" : "false"); },
@@ -156,6 +161,8 @@ std::string Option::legalText() const
       Overloaded{[&](const Member<double>&) { return range.asText("a number") + inUnit; },
                  [&](const Member<std::optional<double>>&) { return range.asText("a number") + inUnit; },
                  [&](const Member<uint32_t>&) { return range.asText("a whole number") + inUnit; },
+                 [&](const Member<std::optional<uint32_t>>&)
+                 { return range.asText("a whole number") + inUnit; },
                  [&](const Member<int>&) { return range.asText("a whole number") + inUnit; },
                  [&](const Member<bool>&) { return std::string(kLegalFlag); },
                  [&](const Member<std::string>&) { return std::string("a text"); },
@@ -188,6 +195,8 @@ void Option::parse(TOptionGroup& group, const std::string& text) const
   std::visit(Overloaded{[&](const Member<double>& member) { member(group) = finite(); },
                         [&](const Member<std::optional<double>>& member) { member(group) = finite(); },
                         [&](const Member<uint32_t>& member)
+                        { member(group) = legal(toNumber<uint32_t>(text), "a whole number >= 0"); },
+                        [&](const Member<std::optional<uint32_t>>& member)
                         { member(group) = legal(toNumber<uint32_t>(text), "a whole number >= 0"); },
                         [&](const Member<int>& member)
                         { member(group) = legal(toNumber<int>(text), "a whole number"); },
@@ -227,6 +236,14 @@ void Option::write(const TOptionGroup& group, ByteWriter& out) const
                  },
                  [&](const Member<uint32_t>& member)
                  { put(StoredType::Unsigned, lamap::read(member, group)); },
+                 [&](const Member<std::optional<uint32_t>>& member)
+                 {
+                   const std::optional<uint32_t>& number = lamap::read(member, group);
+                   if (number)
+                     put(StoredType::Unsigned, *number);
+                   else
+                     out.number(static_cast<uint8_t>(StoredType::Empty));
+                 },
                  [&](const Member<int>& member)
                  { put(StoredType::Signed, static_cast<int32_t>(lamap::read(member, group))); },
                  [&](const Member<bool>& member) { put(StoredType::Flag, lamap::read(member, group)); },
@@ -276,6 +293,16 @@ void Option::read(TOptionGroup& group, ByteReader& in) const
                         {
                           expect(StoredType::Unsigned);
                           member(group) = legal(in.number<uint32_t>());
+                        },
+                        [&](const Member<std::optional<uint32_t>>& member)
+                        {
+                          if (type == StoredType::Empty)
+                            member(group) = std::nullopt;
+                          else
+                          {
+                            expect(StoredType::Unsigned);
+                            member(group) = legal(in.number<uint32_t>());
+                          }
                         },
                         [&](const Member<int>& member)
                         {

@@ -47,7 +47,7 @@ struct HilbertStructure
       CompactKernel::kDefaultCutoff;  ///< of the compact kernel; also says how far Nyström reaches
   double latticeSpacing = 0.25;       ///< h [m]
   uint32_t components = 100;          ///< m of `Nystroem`
-  uint64_t seed = 1;                  ///< of inducing points and of the order in SGD
+  uint32_t seed = 1;                  ///< of inducing points and of the order in SGD
   double priorPrecision = 0.1;        ///< λ of each weight before it saw any data, > 0
 
   [[nodiscard]] CompactKernel kernel() const;
@@ -67,13 +67,13 @@ struct HilbertInference : public HilbertSampling
   bool considerInvalidRangesAsFreeSpace = true;  ///< rays without return are free up to the maximum range
   uint32_t rayDecimation = 1;                    ///< only every so many-th ray of an observation is used
   std::optional<HilbertSolver> solver;           ///< empty: SgdL1 where training is `Sgd`, else Lbfgs
-  std::optional<int> iterations;                 ///< of Lbfgs; empty: 10 for `Incremental`, 25 for `Batch`
+  std::optional<uint32_t> iterations;                 ///< of Lbfgs; empty: 10 for `Incremental`, 25 for `Batch`
   double alpha = 1e-5;                           ///< α of SGD (thesis eq. 2.34), > 0
   int epochs = 5;                                ///< of SGD a scan, or in all for `Batch`, ≥ 1
   StateThresholds thresholds;
 
   [[nodiscard]] HilbertSolver solverFor(HilbertTraining training) const;
-  [[nodiscard]] int iterationsFor(HilbertTraining training) const;
+  [[nodiscard]] uint32_t iterationsFor(HilbertTraining training) const;
   [[nodiscard]] RangeLimits rangeLimits() const;
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.

@@ -23,7 +23,7 @@ struct OverlappingStructure
   double cutoff =
       CompactKernel::kDefaultCutoff;  ///< `Compact`: what is taken off the kernel so that it ends, in (0, 1)
   uint32_t components = 100;          ///< `Nystroem`: m; with as many points or fewer, all of them
-  uint64_t seed = 1;                  ///< of inducing points and of the order in SGD
+  uint32_t seed = 1;                  ///< of inducing points and of the order in SGD
   double priorPrecision = 0.1;        ///< λ of L-BFGS, > 0
   double outOfFieldLimit = 0.6;  ///< [log-odds] ≥ 0 that cells no scan had in its field are held to; 0:
                                  ///< models say nothing outside of their field

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <lamap_core/cell.h>
+
 namespace lamap
 {
 /// Thesis eq. (4.9).
@@ -12,5 +14,12 @@ struct StateThresholds
   /// @throws std::invalid_argument naming the first illegal threshold, its value and the legal range.
   void validate() const;
 };
+
+/// The state of a cell whose variance is small enough. @param prob P(occupied)
+[[nodiscard]] inline CellState stateOf(double prob, const StateThresholds& thresholds)
+{
+  if (prob < thresholds.free) return CellState::Free;
+  return prob > thresholds.occupied ? CellState::Occupied : CellState::Unknown;
+}
 
 }  // namespace lamap

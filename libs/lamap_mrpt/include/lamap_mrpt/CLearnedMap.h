@@ -239,8 +239,14 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   /// To be called after every change of cells.
   void contentChanged();
 
-  /// Facts that do not depend on the learner.
-  [[nodiscard]] std::vector<Fact> commonFacts() const;
+  /// The cell at a point [m]. @throws std::invalid_argument naming the caller and the point if there is none
+  [[nodiscard]] CellIndex addressableCell(const char* caller, double x, double y, double z) const;
+
+  /// How many cells there are of each state. @param also called for each cell on the way
+  [[nodiscard]] std::vector<Fact> cellFacts(const CellVisitor& also = {}) const;
+  [[nodiscard]] static Fact memoryFact(size_t bytes);
+  /// What became of the scans of this session.
+  [[nodiscard]] std::vector<Fact> scanFacts() const;
 
   void OnPostSuccesfulInsertObs(const mrpt::obs::CObservation&) override { contentChanged(); }
 

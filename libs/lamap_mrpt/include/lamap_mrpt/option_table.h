@@ -47,15 +47,16 @@ struct Option
   };
   template <typename T>
   using Member = std::function<T&(TOptionGroup&)>;
-  /// A length that may be left empty has a default that is given in cells.
-  using Access = std::variant<Member<double>, Member<std::optional<double>>, Member<uint32_t>, Member<int>,
-                              Member<bool>, Member<std::string>, Choice>;
+  /// A number that may be left empty has a default that other options decide, e.g. a length in cells.
+  using Access =
+      std::variant<Member<double>, Member<std::optional<double>>, Member<uint32_t>,
+                   Member<std::optional<uint32_t>>, Member<int>, Member<bool>, Member<std::string>, Choice>;
 
   std::string key;
   std::string doc;   ///< one line
   std::string unit;  ///< "m", "deg" or "" for a plain number
   LegalRange range;
-  std::string emptyText;  ///< what a length means that is left empty, e.g. "2 cells"
+  std::string emptyText;  ///< what a number means that is left empty, e.g. "2 cells"
   Access access;
 
   /// Shortest text that parse() turns into the same; empty for a length that is left empty.
@@ -96,9 +97,9 @@ class OptionTable
   explicit OptionTable(std::string name) : name_(std::move(name)) {}
 
   /** Adds an option.
-   * @param place a pointer to member or a function from Group& to a reference: double, std::optional<double>
-   * (a length whose default is given in cells), uint32_t, int, bool, std::string or an enumeration (then
-   * traits.names). */
+   * @param place a pointer to member or a function from Group& to a reference: double, uint32_t, an
+   * std::optional of these (then traits.emptyText), int, bool, std::string, an enumeration (then
+   * traits.names) or an std::optional of one, for which there is the name "automatic", too. */
   template <typename Group, typename Place>
   OptionTable& add(const std::string& key, Place place, Traits traits, const std::string& doc);
 
@@ -184,13 +185,42 @@ struct OptionValue
 
 // ------------------------------------------------------------------------------------------------------------------
 
+template <typename T>
+struct IsOptionalEnumeration : std::false_type
+{
+};
+template <typename T>
+struct IsOptionalEnumeration<std::optional<T>> : std::is_enum<T>
+{
+};
+
 template <typename Group, typename Place>
 OptionTable& OptionTable::add(const std::string& key, Place place, Traits traits, const std::string& doc)
 {
   static_assert(std::is_base_of_v<TOptionGroup, Group>);
   using Content = std::remove_reference_t<std::invoke_result_t<Place, Group&>>;
   Option option{key, doc, traits.unit, traits.range, traits.emptyText, {}};
-  if constexpr (std::is_enum_v<Content>)
+  if constexpr (IsOptionalEnumeration<Content>::value)
+  {
+    // Number 0 is the empty one.
+    std::vector<std::string> names = traits.names;
+    names.insert(names.begin(), "automatic");
+    option.access = Option::Choice{[place](const TOptionGroup& group)
+                                   {
+                                     const Content& chosen = std::invoke(
+                                         place, const_cast<Group&>(static_cast<const Group&>(group)));
+                                     return chosen ? static_cast<int>(*chosen) + 1 : 0;
+                                   },
+                                   [place](TOptionGroup& group, int number)
+                                   {
+                                     Content& chosen = std::invoke(place, static_cast<Group&>(group));
+                                     chosen.reset();
+                                     if (number > 0)
+                                       chosen = static_cast<typename Content::value_type>(number - 1);
+                                   },
+                                   std::move(names)};
+  }
+  else if constexpr (std::is_enum_v<Content>)
   {
     option.access = Option::Choice{
         [place](const TOptionGroup& group) {

@@ -10,18 +10,30 @@ namespace lamap
 /// Lengths beyond this are a mistake in the unit [m].
 inline constexpr double kMetresMost = 1e6;
 
-/// resolution, blockDepth, pruning, planar, planarHeight. @tparam Self a group with these members
+/// resolution. @tparam Self a group with this member
 template <typename Self>
-OptionTable& addGridOptions(OptionTable& table)
+OptionTable& addResolutionOption(OptionTable& table)
 {
-  return table.add<Self>("resolution", &Self::resolution, {"m", {1e-4, 1e4}}, "edge of a finest cell")
-      .template add<Self>("blockDepth", &Self::blockDepth, {"", {2, 6}},
-                          "a block is 2^(blockDepth-1) cells wide")
+  return table.add<Self>("resolution", &Self::resolution, {"m", {1e-4, 1e4}}, "edge of a finest cell");
+}
+
+/// blockDepth, pruning, of maps that hold their cells in blocks. @tparam Self a group with these members
+template <typename Self>
+OptionTable& addBlockOptions(OptionTable& table)
+{
+  return table
+      .add<Self>("blockDepth", &Self::blockDepth, {"", {2, 6}}, "a block is 2^(blockDepth-1) cells wide")
       .template add<Self>("pruning", &Self::pruning,
                           OptionTable::Traits::oneOf({"none", "lossless", "state"}),
-                          "when the cells of an octant are held once")
-      .template add<Self>("planar", &Self::planar, {},
-                          "one layer of cells, distances in the plane: for 2D sensors")
+                          "when the cells of an octant are held once");
+}
+
+/// planar, planarHeight. @tparam Self a group with these members
+template <typename Self>
+OptionTable& addPlanarOptions(OptionTable& table)
+{
+  return table
+      .add<Self>("planar", &Self::planar, {}, "one layer of cells, distances in the plane: for 2D sensors")
       .template add<Self>("planarHeight", &Self::planarHeight, {"m", {-1e13, 1e13}},
                           "height in the layer of a planar map");
 }
