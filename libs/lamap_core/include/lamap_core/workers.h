@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <thread>
 
 namespace lamap
@@ -19,6 +20,7 @@ class Workers
   {
     const unsigned all = std::max(1u, std::thread::hardware_concurrency());
     threads_ = threads > 0 ? std::min(threads, all) : all;
+    if (threads_ > 1) arena_ = std::make_shared<tbb::task_arena>(static_cast<int>(threads_));
   }
 
   [[nodiscard]] unsigned threads() const { return threads_; }
@@ -32,11 +34,13 @@ class Workers
       for (size_t i = 0; i < count; ++i) visit(i);
       return;
     }
-    tbb::task_arena(static_cast<int>(threads_)).execute([&] { tbb::parallel_for(size_t{0}, count, visit); });
+    arena_->execute([&] { tbb::parallel_for(size_t{0}, count, visit); });
   }
 
  private:
   unsigned threads_;
+  /// One for all calls: threads hardly ever join an arena that is gone after a millisecond.
+  std::shared_ptr<tbb::task_arena> arena_;
 };
 
 }  // namespace lamap
