@@ -67,7 +67,7 @@ struct HilbertInference : public HilbertSampling
   bool considerInvalidRangesAsFreeSpace = true;  ///< rays without return are free up to the maximum range
   uint32_t rayDecimation = 1;                    ///< only every so many-th ray of an observation is used
   std::optional<HilbertSolver> solver;           ///< empty: SgdL1 where training is `Sgd`, else Lbfgs
-  std::optional<uint32_t> iterations;                 ///< of Lbfgs; empty: 10 for `Incremental`, 25 for `Batch`
+  std::optional<uint32_t> iterations;            ///< of Lbfgs; empty: 10 for `Incremental`, 25 for `Batch`
   double alpha = 1e-5;                           ///< α of SGD (thesis eq. 2.34), > 0
   int epochs = 5;                                ///< of SGD a scan, or in all for `Batch`, ≥ 1
   StateThresholds thresholds;
