@@ -103,8 +103,8 @@ void OverlappingOracle::addModel(const HilbertModel& model, const std::vector<Po
     std::sort(along.begin(), along.end());
     const auto cut = std::min((along.size() - 1) / 2, static_cast<size_t>(inference_.boxQuantile *
                                                                           static_cast<double>(along.size())));
-    own.low[axis] = along[cut] - structure_.resolution / 2;
-    own.high[axis] = along[along.size() - 1 - cut] + structure_.resolution / 2;
+    own.low[axis] = along[cut] - 1.5 * structure_.resolution;
+    own.high[axis] = along[along.size() - 1 - cut] + 1.5 * structure_.resolution;
   }
   models_.push_back(own);
 }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 
@@ -192,6 +193,8 @@ class BgkScanInference::Implementation
   [[nodiscard]] CellIndex firstCellOf(const BlockIndex& target) const;
 
   BgkTrainer trainer_;
+  /// Kept from scan to scan: threads hardly ever join an arena that is gone after a millisecond.
+  std::unique_ptr<tbb::task_arena> arena_;
   std::optional<Weights> weights_;
   const TrainingSet* training_ = nullptr;
   std::optional<ScanFrame> frame_;
@@ -269,7 +272,11 @@ RayCounts BgkScanInference::Implementation::addScan(const Scan& scan, const BgkI
   if (threads <= 1)
     work();
   else
-    tbb::task_arena(static_cast<int>(threads)).execute(work);
+  {
+    if (!arena_ || arena_->max_concurrency() != static_cast<int>(threads))
+      arena_ = std::make_unique<tbb::task_arena>(static_cast<int>(threads));
+    arena_->execute(work);
+  }
   return rays.counts;
 }
 

@@ -128,11 +128,14 @@ std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldR
   return views;
 }
 
-/// The box of the training points, a share left out at each of its ends, and half a cell more.
+/** The box of the training points, a share left out at each of its ends, and a cell and a half more: the
+ * cells that hold points whatever the frames' turn, and their neighbours, for the scan of a planar laser is
+ * flat. */
 void setBox(const HilbertTrainingSet& set, double quantile, double resolution_m, HilbertModel& model)
 {
   const size_t count = set.size();
   const auto leftOut = std::min((count - 1) / 2, static_cast<size_t>(quantile * static_cast<double>(count)));
+  const double margin_m = 1.5 * resolution_m;
   std::vector<double> along(count);
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -140,9 +143,9 @@ void setBox(const HilbertTrainingSet& set, double quantile, double resolution_m,
     const auto low = along.begin() + static_cast<long>(leftOut);
     const auto high = along.end() - 1 - static_cast<long>(leftOut);
     std::nth_element(along.begin(), low, along.end());
-    model.boxLow[axis] = *low - 0.5 * resolution_m;
+    model.boxLow[axis] = *low - margin_m;
     std::nth_element(low, high, along.end());
-    model.boxHigh[axis] = *high + 0.5 * resolution_m;
+    model.boxHigh[axis] = *high + margin_m;
   }
 }
 
