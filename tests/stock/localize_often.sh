@@ -1,10 +1,12 @@
 #!/bin/bash
-# localize_often.sh LAMAP [RUNS]: runs stock pf-localization with our map alone, 5 times if not said otherwise. Each run
-# draws other particles. Counts those that end within 0.3 m of where the robot is; fails below 4 of 5.
+# localize_often.sh LAMAP [RUNS [KIND]]: runs stock pf-localization with our map alone, 5 times if not said otherwise.
+# KIND is bgk (without it), hilbert or overlapping: share/pf-localization_KIND.ini. Each run draws other particles.
+# Counts those that end within 0.3 m of where the robot is; fails below 4 of 5.
 set -euo pipefail
 lamap=$(realpath "$1")
 runs=${2:-5}
-config=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../../share/pf-localization_bgk.ini")
+kind=${3:-bgk}
+config=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../../share/pf-localization_$kind.ini")
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"

@@ -1,5 +1,7 @@
 #include "map_checks.h"
 
+#include "program.h"
+
 #include <gtest/gtest.h>
 #include <lamap_mrpt/CLearnedMap.h>
 #include <lamap_mrpt/map_file.h>
@@ -29,6 +31,31 @@ void saveLog(const CRawlog& log, const std::filesystem::path& path)
   if (!log.saveToRawLogFile(path.string())) throw std::runtime_error(path.string() + " cannot be written");
 }
 }  // namespace
+
+const std::vector<MapKind>& mapKinds()
+{
+  static const std::vector<MapKind> kinds{
+      {"bgk", "lamap::CBGKMap", "bgkMap"},
+      {"hilbert", "lamap::CHilbertMap", "hilbertMap"},
+      {"overlapping", "lamap::COverlappingHilbertMap", "overlappingHilbertMap"}};
+  return kinds;
+}
+
+std::string configFile(const std::string& program, const MapKind& kind)
+{
+  return configFile(program + "_" + kind.name + ".ini");
+}
+
+std::string savedName(const MapKind& kind)
+{
+  std::string name = kind.className;
+  return name.replace(name.find("::"), 2, "__") + "_00";
+}
+
+std::ostream& operator<<(std::ostream& out, const MapKind& kind)
+{
+  return out << kind.name;
+}
 
 SavedMap loadSavedMap(const std::filesystem::path& path)
 {

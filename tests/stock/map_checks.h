@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,24 @@ struct Point
 {
   double x = 0, y = 0, z = 0;
 };
+
+/// One of this library's maps, as the tests that hold for all of them name it.
+struct MapKind
+{
+  std::string name;       ///< of its ready configurations, icp-slam_NAME.ini, and of the test
+  std::string className;  ///< in the registry
+  std::string alias;      ///< in .ini files
+};
+const std::vector<MapKind>& mapKinds();
+
+/// Path of the ready configuration of a program for a kind of map.
+std::string configFile(const std::string& program, const MapKind& kind);
+
+/// What the stock programs put before the extension of a map's file, "lamap__CBGKMap_00".
+std::string savedName(const MapKind& kind);
+
+/// The name alone, for the name of a test and for what it prints.
+std::ostream& operator<<(std::ostream& out, const MapKind& kind);
 
 /// What a saved map holds.
 struct SavedMap
@@ -43,5 +62,10 @@ void writeLogWithMap(const std::filesystem::path& mapFile, const std::filesystem
 /// `copies` of the first observation of a log, `period_s` apart.
 void repeatObservation(const std::string& log, size_t copies, double period_s,
                        const std::filesystem::path& longer);
+
+/// Once for each kind of map, whose name ends the test's.
+#define FOR_EACH_KIND_OF_MAP(suite)                                               \
+  INSTANTIATE_TEST_SUITE_P(, suite, ::testing::ValuesIn(lamap::test::mapKinds()), \
+                           [](const auto& testParam) { return testParam.param.name; })
 
 }  // namespace lamap::test

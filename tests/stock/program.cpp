@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -166,8 +167,9 @@ bool becomes(const std::function<bool()>& question, std::chrono::seconds timeout
 fs::path freshFolder()
 {
   const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-  const fs::path folder =
-      fs::path(LAMAP_WORK_DIR) / (std::string(test->test_suite_name()) + "." + test->name());
+  std::string name = std::string(test->test_suite_name()) + "." + test->name();
+  std::replace(name.begin(), name.end(), '/', '_');  // of a test with a parameter
+  const fs::path folder = fs::path(LAMAP_WORK_DIR) / name;
   fs::remove_all(folder);
   fs::create_directories(folder);
   return folder;

@@ -12,13 +12,18 @@ namespace fs = std::filesystem;
 const std::string kOffice = "localization_demo.simplemap.gz";
 const std::string kDepthCamera = "tests_rgbd.rawlog";
 
-TEST(RawlogEdit, ReadsALogThatHoldsOurMapWithThePlugin)
+class EachMapInALog : public ::testing::TestWithParam<MapKind>
+{
+};
+FOR_EACH_KIND_OF_MAP(EachMapInALog);
+
+TEST_P(EachMapInALog, IsReadByRawlogEditWithThePlugin)
 {
   SKIP_WITHOUT_PROGRAM("rawlog-edit");
   SKIP_WITHOUT_DATASET(kOffice);
   const fs::path folder = freshFolder();
-  const Outcome built = run({lamapTool(), "build", "-i", *dataset(kOffice), "-c", configFile("build_bgk.ini"),
-                             "-o", "map.lamap.gz"},
+  const Outcome built = run({lamapTool(), "build", "-i", *dataset(kOffice), "-c",
+                             configFile("build", GetParam()), "-o", "map.lamap.gz"},
                             folder);
   ASSERT_TRUE(built.succeeded()) << built.output;
   writeLogWithMap(folder / "map.lamap.gz", folder / "with_map.rawlog");
@@ -31,7 +36,7 @@ TEST(RawlogEdit, ReadsALogThatHoldsOurMapWithThePlugin)
   EXPECT_EQ(with.output.find("xception"), std::string::npos) << with.output;
 
   const Outcome without = run({"rawlog-edit", "-i", "with_map.rawlog", "--info"}, folder);
-  EXPECT_NE(without.output.find("'lamap::CBGKMap' which is not registered"), std::string::npos)
+  EXPECT_NE(without.output.find("'" + GetParam().className + "' which is not registered"), std::string::npos)
       << without.output;
   EXPECT_NE(without.output.find(count + "1"), std::string::npos) << without.output;
 }

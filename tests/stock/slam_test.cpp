@@ -22,22 +22,28 @@ void expectNoComplaints(const std::string& output)
     EXPECT_EQ(output.find(word), std::string::npos) << output;
 }
 
-TEST(IcpSlam, FillsAndSavesTheMapBesideItsOwn)
+class EachMap : public ::testing::TestWithParam<MapKind>
+{
+};
+FOR_EACH_KIND_OF_MAP(EachMap);
+
+TEST_P(EachMap, IsFilledAndSavedByIcpSlamBesideItsOwn)
 {
   SKIP_WITHOUT_PROGRAM("icp-slam");
   SKIP_WITHOUT_DATASET(kSena);
   const fs::path folder = freshFolder();
   cutLog(*dataset(kSena), kPartOfSena, folder / "part.rawlog");
   const Outcome outcome =
-      run(withPlugin({"icp-slam", configFile("icp-slam_bgk.ini"), "part.rawlog"}), folder);
+      run(withPlugin({"icp-slam", configFile("icp-slam", GetParam()), "part.rawlog"}), folder);
   ASSERT_TRUE(outcome.succeeded()) << outcome.output;
   expectNoComplaints(outcome.output);
   const fs::path logs = folder / "LOG_ICP-SLAM";
-  const SavedMap map = loadSavedMap(logs / "_finalmaps_.txt_lamap__CBGKMap_00.lamap.gz");
-  EXPECT_EQ(map.className, "lamap::CBGKMap");
+  const std::string saved = "_finalmaps_.txt_" + savedName(GetParam());
+  const SavedMap map = loadSavedMap(logs / (saved + ".lamap.gz"));
+  EXPECT_EQ(map.className, GetParam().className);
   expectSameWalls(map, readPoints(logs / "_finalmaps_.txt_mrpt__maps__CSimplePointsMap_01.txt"));
-  EXPECT_GT(fs::file_size(logs / "_finalmaps_.txt_lamap__CBGKMap_00.3Dscene"), 1000u);
-  EXPECT_GT(fs::file_size(logs / "_finalmaps_.txt_lamap__CBGKMap_00.ply"), 1000u);
+  EXPECT_GT(fs::file_size(logs / (saved + ".3Dscene")), 1000u);
+  EXPECT_GT(fs::file_size(logs / (saved + ".ply")), 1000u);
 }
 
 // By itself icp-slam ignores both in silence.
@@ -102,21 +108,21 @@ TEST(RbpfSlam, WeighsParticlesByOurMapAlone)
   EXPECT_GE(shareNear(map.occupied, points, 0.4), 0.55);  // two ways of SLAM: they do not drift alike
 }
 
-TEST(ObservationsToMap, MakesOurMapFromASimpleMap)
+TEST_P(EachMap, IsMadeFromASimpleMapByObservations2map)
 {
   SKIP_WITHOUT_PROGRAM("observations2map");
   SKIP_WITHOUT_DATASET(kOffice);
   const fs::path folder = freshFolder();
-  const Outcome outcome = run(withPlugin({"observations2map", configFile("observations2map_bgk.ini"),
+  const Outcome outcome = run(withPlugin({"observations2map", configFile("observations2map", GetParam()),
                                           *dataset(kOffice), "out", "-s", "MetricMap"}),
                               folder);
   ASSERT_TRUE(outcome.succeeded()) << outcome.output;
   expectNoComplaints(outcome.output);
-  expectSameWalls(loadSavedMap(folder / "out_lamap__CBGKMap_00.lamap.gz"),
+  expectSameWalls(loadSavedMap(folder / ("out_" + savedName(GetParam()) + ".lamap.gz")),
                   readPoints(folder / "out_mrpt__maps__CSimplePointsMap_01.txt"));
 }
 
-TEST(PfLocalization, FindsTheRobotWithOurMapAlone)
+TEST_P(EachMap, LocatesTheRobotAloneInPfLocalization)
 {
   SKIP_WITHOUT_PROGRAM("pf-localization");
   SKIP_WITHOUT_DATASET(kOffice);
@@ -126,7 +132,7 @@ TEST(PfLocalization, FindsTheRobotWithOurMapAlone)
   Point end;
   for (int attempt = 0; attempt < 2; ++attempt)
   {
-    const Outcome outcome = run(withPlugin({"pf-localization", configFile("pf-localization_bgk.ini"),
+    const Outcome outcome = run(withPlugin({"pf-localization", configFile("pf-localization", GetParam()),
                                             *dataset("localization_demo.rawlog")}),
                                 folder);
     ASSERT_TRUE(outcome.succeeded()) << outcome.output;
