@@ -34,10 +34,9 @@ void saveLog(const CRawlog& log, const std::filesystem::path& path)
 
 const std::vector<MapKind>& mapKinds()
 {
-  static const std::vector<MapKind> kinds{
-      {"bgk", "lamap::CBGKMap", "bgkMap"},
-      {"hilbert", "lamap::CHilbertMap", "hilbertMap"},
-      {"overlapping", "lamap::COverlappingHilbertMap", "overlappingHilbertMap"}};
+  static const std::vector<MapKind> kinds{{"bgk", "lamap::CBGKMap"},
+                                          {"hilbert", "lamap::CHilbertMap"},
+                                          {"overlapping", "lamap::COverlappingHilbertMap"}};
   return kinds;
 }
 

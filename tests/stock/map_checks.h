@@ -18,7 +18,6 @@ struct MapKind
 {
   std::string name;       ///< of its ready configurations, icp-slam_NAME.ini, and of the test
   std::string className;  ///< in the registry
-  std::string alias;      ///< in .ini files
 };
 const std::vector<MapKind>& mapKinds();
 
