@@ -195,6 +195,7 @@ class BgkScanInference::Implementation
   BgkTrainer trainer_;
   /// Kept from scan to scan: threads hardly ever join an arena that is gone after a millisecond.
   std::unique_ptr<tbb::task_arena> arena_;
+  unsigned arenaThreads_ = 0;  ///< of arena_
   std::optional<Weights> weights_;
   const TrainingSet* training_ = nullptr;
   std::optional<ScanFrame> frame_;
@@ -273,8 +274,8 @@ RayCounts BgkScanInference::Implementation::addScan(const Scan& scan, const BgkI
     work();
   else
   {
-    if (!arena_ || arena_->max_concurrency() != static_cast<int>(threads))
-      arena_ = std::make_unique<tbb::task_arena>(static_cast<int>(threads));
+    if (arenaThreads_ != threads) arena_ = std::make_unique<tbb::task_arena>(static_cast<int>(threads));
+    arenaThreads_ = threads;
     arena_->execute(work);
   }
   return rays.counts;
