@@ -2,14 +2,12 @@
 
 #include <lamap_tools/map_build.h>
 #include <lamap_tools/progress_bar.h>
-#include <lamap_tools/query_map.h>
-#include <unistd.h>
 
 #include <iostream>
 #include <memory>
 
 #include "legal_values.h"
-#include "stop_request.h"
+#include "log_arguments.h"
 
 namespace lamap::app
 {
@@ -18,24 +16,17 @@ namespace
 struct Arguments
 {
   tools::BuildOptions build;
-  std::string sensorOrigin;
-  bool allowTruncated = false;
+  LogArguments log;
   bool json = false;
 };
 
 int build(Arguments arguments)
 {
-  if (!arguments.sensorOrigin.empty())
-  {
-    const auto origin = tools::parsePoint(arguments.sensorOrigin);
-    arguments.build.inputs.sensorOrigin = {origin.x, origin.y, origin.z};
-  }
-  catchStopSignals();
-  arguments.build.inputs.shouldStop = stopRequested;
+  prepareInputs(arguments.log, arguments.build.inputs);
 
   tools::BuildReport report;
   {
-    tools::ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
+    tools::ProgressBar bar(std::cerr, isTerminal());
     report =
         tools::buildMap(arguments.build, [&](const tools::BuildProgress& progress) { bar.show(progress); });
   }
@@ -49,10 +40,10 @@ int build(Arguments arguments)
               << (report.saved ? "; the map so far is saved to " + report.outPath : "") << "\n";
     return kStopped;
   }
-  if (!report.damaged()) return 0;
-  std::cerr << "lamap: an input was cut short or is damaged; what could be read is saved to "
-            << report.outPath << "\n";
-  return arguments.allowTruncated ? 0 : kFailed;
+  const int code = tellDamages(arguments.log, report.inputs);
+  if (tools::damaged(report.inputs))
+    std::cerr << "lamap: what could be read is saved to " << report.outPath << "\n";
+  return code;
 }
 }  // namespace
 
@@ -75,16 +66,7 @@ void addBuild(CLI::App& app, Action& action)
   command->add_option("-s,--set", options.map.settings,
                       "section.key=value over what the file says, e.g. insertOpts.maxRange=30");
   command->add_option("--onto", options.ontoPath, "Go on with this saved map; its options hold");
-  command->add_option(
-      "--poses", options.inputs.posesPath,
-      "Poses in place of the log's (TUM format or MRPT's path text); for PCD files one a file");
-  command->add_option("--sensor-origin", arguments->sensorOrigin,
-                      "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]");
-  command->add_flag("--static", options.inputs.standingStill,
-                    "For rawlogs: the robot stood at the origin all the time");
-  command->add_option("--threads", options.threads, "How many threads; 0: as many as the machine has")
-      ->check(wholeNumber(0, kMostThreads));
-  command->add_flag("--allow-truncated", arguments->allowTruncated, "A log that was cut short is no failure");
+  addLogOptions(*command, arguments->log, options.inputs, options.threads);
   command->add_flag("--json", arguments->json, "The closing report as JSON");
   command->callback([&action, arguments] { action = [arguments] { return build(*arguments); }; });
 }

@@ -2,16 +2,14 @@
 
 #include <lamap_tools/held_out.h>
 #include <lamap_tools/progress_bar.h>
-#include <lamap_tools/query_map.h>
 #include <lamap_tools/score_report.h>
 #include <lamap_tools/usage_error.h>
-#include <unistd.h>
 
 #include <iostream>
 #include <memory>
 
 #include "legal_values.h"
-#include "stop_request.h"
+#include "log_arguments.h"
 
 namespace lamap::app
 {
@@ -22,18 +20,12 @@ struct Arguments
   std::vector<std::string> maps;
   std::string truth;
   tools::HeldOutOptions heldOut;
-  std::string sensorOrigin;
+  LogArguments log;
   std::string roc;
   std::string calibration;
   std::vector<double> thresholds{0.7};
-  bool allowTruncated = false;
   bool json = false;
 };
-
-bool isTerminal()
-{
-  return isatty(STDERR_FILENO) != 0;
-}
 
 void writeCurves(const Arguments& arguments, const std::vector<tools::MapScores>& maps)
 {
@@ -107,14 +99,8 @@ nlohmann::ordered_json jsonOf(const tools::HeldOutReport& report)
 
 int againstHeldOut(Arguments arguments)
 {
-  if (!arguments.sensorOrigin.empty())
-  {
-    const auto origin = tools::parsePoint(arguments.sensorOrigin);
-    arguments.heldOut.inputs.sensorOrigin = {origin.x, origin.y, origin.z};
-  }
   arguments.heldOut.thresholds = arguments.thresholds;
-  catchStopSignals();
-  arguments.heldOut.inputs.shouldStop = stopRequested;
+  prepareInputs(arguments.log, arguments.heldOut.inputs);
   tools::HeldOutReport report;
   {
     tools::ProgressBar bar(std::cerr, isTerminal());
@@ -131,11 +117,7 @@ int againstHeldOut(Arguments arguments)
     std::cout << jsonOf(report).dump(2) << "\n";
   else
     printHeldOut(report);
-  if (!report.damaged()) return 0;
-  for (const tools::InputReport& input : report.inputs)
-    for (const std::string& damage : input.damages)
-      std::cerr << "lamap: " << input.path << ": cut short or damaged: " << damage << "\n";
-  return arguments.allowTruncated ? 0 : kFailed;
+  return tellDamages(arguments.log, report.inputs);
 }
 
 int evaluate(const Arguments& arguments)
@@ -165,15 +147,8 @@ void describeHeldOut(CLI::App& command, Arguments& arguments)
           .add_option("--max-range", options.maxRange_m,
                       "Rays of the scans held out count up to here [m]; default: as the map inserts them")
           ->check(CLI::PositiveNumber));
-  onlyHeldOut(command.add_option("--poses", options.inputs.posesPath, "Poses in place of the log's"));
-  onlyHeldOut(command.add_option("--sensor-origin", arguments.sensorOrigin,
-                                 "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]"));
-  onlyHeldOut(command.add_flag("--static", options.inputs.standingStill,
-                               "For rawlogs: the robot stood at the origin all the time"));
-  onlyHeldOut(command.add_option("--threads", options.threads, "How many; 0: as many as the machine has")
-                  ->check(wholeNumber(0, kMostThreads)));
-  onlyHeldOut(command.add_flag("--allow-truncated", arguments.allowTruncated,
-                               "A log that was cut short is no failure"));
+  for (CLI::Option* option : addLogOptions(command, arguments.log, options.inputs, options.threads))
+    onlyHeldOut(option);
 }
 }  // namespace
 
@@ -197,7 +172,7 @@ void addEval(CLI::App& app, Action& action)
       ->add_option("--thresholds", arguments->thresholds,
                    "Probabilities at which precision and recall are given, e.g. 0.5,0.7")
       ->delimiter(',')
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(probability())
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "The scores as JSON");
   command->callback(

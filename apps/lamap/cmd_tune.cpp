@@ -1,15 +1,13 @@
 #include "commands.h"
 
 #include <lamap_tools/progress_bar.h>
-#include <lamap_tools/query_map.h>
 #include <lamap_tools/tune.h>
-#include <unistd.h>
 
 #include <iostream>
 #include <memory>
 
 #include "legal_values.h"
-#include "stop_request.h"
+#include "log_arguments.h"
 
 namespace lamap::app
 {
@@ -18,23 +16,16 @@ namespace
 struct Arguments
 {
   tools::TuneOptions tune;
-  std::string sensorOrigin;
-  bool allowTruncated = false;
+  LogArguments log;
   bool json = false;
 };
 
 int tune(Arguments arguments)
 {
-  if (!arguments.sensorOrigin.empty())
-  {
-    const auto origin = tools::parsePoint(arguments.sensorOrigin);
-    arguments.tune.inputs.sensorOrigin = {origin.x, origin.y, origin.z};
-  }
-  catchStopSignals();
-  arguments.tune.inputs.shouldStop = stopRequested;
+  prepareInputs(arguments.log, arguments.tune.inputs);
   tools::TuneReport report;
   {
-    tools::ProgressBar bar(std::cerr, isatty(STDERR_FILENO) != 0);
+    tools::ProgressBar bar(std::cerr, isTerminal());
     report =
         tools::tuneMap(arguments.tune, [&](const tools::BuildProgress& progress) { bar.show(progress); });
   }
@@ -47,11 +38,7 @@ int tune(Arguments arguments)
     std::cout << tools::tuningJson(report).dump(2) << "\n";
   else
     tools::printTuning(report, std::cout);
-  if (!report.damaged()) return 0;
-  for (const tools::InputReport& input : report.inputs)
-    for (const std::string& damage : input.damages)
-      std::cerr << "lamap: " << input.path << ": cut short or damaged: " << damage << "\n";
-  return arguments.allowTruncated ? 0 : kFailed;
+  return tellDamages(arguments.log, report.inputs);
 }
 }  // namespace
 
@@ -83,14 +70,7 @@ void addTune(CLI::App& app, Action& action)
       ->add_option("--max-range", options.maxRange_m,
                    "Rays are scored up to here [m]; default: as far as the map inserts them")
       ->check(CLI::PositiveNumber);
-  command->add_option("--poses", options.inputs.posesPath, "Poses in place of the log's");
-  command->add_option("--sensor-origin", arguments->sensorOrigin,
-                      "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]");
-  command->add_flag("--static", options.inputs.standingStill,
-                    "For rawlogs: the robot stood at the origin all the time");
-  command->add_option("--threads", options.threads, "How many threads; 0: as many as the machine has")
-      ->check(wholeNumber(0, kMostThreads));
-  command->add_flag("--allow-truncated", arguments->allowTruncated, "A log that was cut short is no failure");
+  addLogOptions(*command, arguments->log, options.inputs, options.threads);
   command->add_flag("--json", arguments->json, "The scores as JSON");
   command->callback([&action, arguments] { action = [arguments] { return tune(*arguments); }; });
 }

@@ -38,4 +38,18 @@ CLI::Validator wholeNumber(int64_t low, int64_t high)
   return {judge, ""};
 }
 
+CLI::Validator probability()
+{
+  const auto judge = [](std::string& text) -> std::string
+  {
+    double number = 0;
+    const char* end = text.data() + text.size();
+    const auto read = std::from_chars(text.data(), end, number);
+    // NaN is in no range.
+    if (read.ec == std::errc() && read.ptr == end && number >= 0 && number <= 1) return "";
+    return "'" + text + "' is not a number from 0 to 1";
+  };
+  return {judge, ""};
+}
+
 }  // namespace lamap::app

@@ -22,6 +22,9 @@ template <typename Enumeration>
 /// A whole number between limits that are legal themselves.
 [[nodiscard]] CLI::Validator wholeNumber(int64_t low, int64_t high);
 
+/// A number from 0 to 1.
+[[nodiscard]] CLI::Validator probability();
+
 /// More threads than any machine has today are a mistake.
 constexpr int64_t kMostThreads = 1024;
 

@@ -264,6 +264,17 @@ TEST(HilbertMap, RefusesStatesThatAreNone)
   batch.training = HilbertTraining::Batch;
   refused([](HilbertState& s) { s.cells = {{{0, 0, 0}, 1, 0}, {{0, 0, 0}, 1, 0}}; }, batch);
   refused([](HilbertState& s) { s.points.emplace_back().weight = std::nanf(""); }, batch);
+  refused([](HilbertState& s) { s.points.emplace_back().place = {1e300, 0, 0}; }, batch);
+  HilbertStructure fine = batch;  // its sites cannot be counted as far as cells
+  fine.latticeSpacing = 0.04;
+  fine.gamma = 400;
+  refused(
+      [](HilbertState& s)
+      {
+        s.blocks.clear();
+        s.cells = {{{std::numeric_limits<int32_t>::max(), 0, 0}, 1, 0}};
+      },
+      fine);
   HilbertStructure nystroem = batch;
   nystroem.features = HilbertFeatures::Nystroem;
   refused([](HilbertState& s) { s.inducing.push_back({0, 0, 0}); }, nystroem);

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <tuple>
 
 #include "small_maps.h"
@@ -84,6 +85,14 @@ Cells cellsOf(const Map& map)
       });
   std::sort(cells.begin(), cells.end());
   return cells;
+}
+
+template <typename Map>
+std::map<std::string, std::string> factsOf(const Map& map)
+{
+  std::map<std::string, std::string> facts;
+  for (const auto& fact : map.facts()) facts[fact.name] = fact.value;
+  return facts;
 }
 
 /// Every option, none of them at its default.
@@ -336,6 +345,50 @@ TYPED_TEST(HilbertMaps, EveryInsertionOptionTakesEffect)
   }
 }
 
+TYPED_TEST(HilbertMaps, EveryCreationOptionTakesEffect)
+{
+  // Each with what else it needs to have an effect.
+  std::map<std::string, std::pair<std::string, Settings>> changes = {
+      {"resolution", {"0.125", {}}},
+      {"planar", {"true", {}}},
+      {"planarHeight", {"0.5", {{"creationOpts.planar", "true"}}}},
+      {"features", {"nystroem", {}}},
+      {"gamma", {"20", {}}},
+      {"cutoff", {"0.1", {}}},
+      {"latticeSpacing", {"0.3", {}}},
+      {"components", {"20", {}}},
+      {"seed", {"7", {}}},
+      {"priorPrecision", {"1", {}}},
+      {"training", {"sgd", {}}},
+      {"blockDepth", {"3", {}}},
+      {"pruning", {"state", {}}},
+      {"outOfFieldLimit", {"0", {}}},
+      {"keepModels", {"false", {}}}};
+  for (const char* key : {"components", "seed"})
+  {
+    changes.at(key).second = {{"creationOpts.features", "nystroem"}};
+    if (std::is_same_v<TypeParam, CHilbertMap>)
+      changes.at(key).second.emplace_back("creationOpts.training", "batch");
+  }
+  if (std::is_same_v<TypeParam, CHilbertMap>)
+    changes.at("features").second = {{"creationOpts.training", "batch"}};
+  const typename TypeParam::TCreationOptions untouched;
+  for (const auto& option : untouched.optionTable().options())
+  {
+    if (option.key == "preset") continue;  // EveryOptionIsReadStoredCopiedAndWritten
+    ASSERT_TRUE(changes.count(option.key)) << "say here how the new option " << option.key << " shows";
+    auto [text, settings] = changes.at(option.key);
+    const TypeParam usual = taught<TypeParam>(settings);
+    settings.emplace_back("creationOpts." + option.key, text);
+    const TypeParam changed = taught<TypeParam>(settings);
+    // How cells are held shows in what they take, not in what they say.
+    if (option.key == "blockDepth" || option.key == "pruning" || option.key == "keepModels")
+      EXPECT_NE(factsOf(changed), factsOf(usual)) << option.key;
+    else
+      EXPECT_NE(cellsOf(changed), cellsOf(usual)) << option.key;
+  }
+}
+
 TYPED_TEST(HilbertMaps, IllegalAndContradictingOptionsAreRefusedByName)
 {
   const auto complaint = [](const Settings& settings)
@@ -451,6 +504,21 @@ TYPED_TEST(HilbertMaps, ScansThatTeachLittleGiveFiniteMaps)
                      { ASSERT_TRUE(estimate.prob >= 0 && estimate.prob <= 1) << estimate.prob; });
     }
   }
+}
+
+// As for every other map: what stands nowhere is counted and left out, and the program goes on.
+TYPED_TEST(HilbertMaps, ScansFromNowhereAreLeftOut)
+{
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  TypeParam map = taught<TypeParam>({{"insertOpts.usePoseCovariance", "true"}});
+  const auto before = bytesOf(map);
+  for (const CPose3D& nowhere :
+       {CPose3D(kNaN, 0, 0, 0, 0, 0), CPose3D(1e30, 0, 0, 0, 0, 0), CPose3D(0, 0, 0, kNaN, 0, 0)})
+  {
+    EXPECT_FALSE(map.insertObservation(roomScan(61), nowhere)) << nowhere;
+    EXPECT_FALSE(map.insertObservationAt(roomScan(61), mrpt::poses::CPose3DPDFGaussian(nowhere))) << nowhere;
+  }
+  EXPECT_EQ(bytesOf(map), before);
 }
 
 TYPED_TEST(HilbertMaps, ZeroCovarianceIsACertainPose)

@@ -286,7 +286,7 @@ TEST(Build, SavesWhatStandsBeforeACut)
     // Not between two objects, where a plain log's end cannot be told from a cut.
     folder.write("cut.rawlog", whole.substr(0, whole.size() * eighth / 8 + 3));
     const auto report = buildMap(optionsFor("bgkMap", {folder / "cut.rawlog"}, folder / "cut.lamap.gz"));
-    EXPECT_TRUE(report.damaged());
+    EXPECT_TRUE(lamap::tools::damaged(report.inputs));
     EXPECT_TRUE(report.saved);
     const auto used = static_cast<int>(report.scans.usedCount());
     writeLog(folder / "short.rawlog", logFrom(0, used));

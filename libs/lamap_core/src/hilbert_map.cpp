@@ -120,6 +120,7 @@ struct HilbertMap::Model
   tsl::robin_map<CellIndex, PointWeights, CellHash> cells;
   std::vector<HilbertState::Point> points;
   HilbertInference lastInference;
+  unsigned lastThreads = 0;
   std::atomic<bool> stale{false};
   std::mutex training;
 
@@ -133,6 +134,7 @@ struct HilbertMap::Model
         cells(other.cells),
         points(other.points),
         lastInference(other.lastInference),
+        lastThreads(other.lastThreads),
         stale(other.stale.load())
   {
   }
@@ -207,7 +209,7 @@ RayCounts HilbertMap::insert(const Scan& scan, const HilbertInference& inference
   if (uncertainty != nullptr && uncertainty->any()) addCovariances(*uncertainty, sensor, *frame, set);
 
   if (structure_.training == HilbertTraining::Batch)
-    keepPoints(set, *frame, inference);
+    keepPoints(set, *frame, inference, threads);
   else if (structure_.features == HilbertFeatures::Compact)
     learnOnLattice(set, *frame, inference, threads, *workspace_);
   else
@@ -303,7 +305,7 @@ void HilbertMap::learnOnNystroem(HilbertTrainingSet& set, const HilbertFrame& fr
 }
 
 void HilbertMap::keepPoints(const HilbertTrainingSet& set, const HilbertFrame& frame,
-                            const HilbertInference& inference)
+                            const HilbertInference& inference, unsigned threads)
 {
   Model& model = *model_;
   // Points of equal place and label are one with the sum of their weights: the loss is the same.
@@ -327,6 +329,7 @@ void HilbertMap::keepPoints(const HilbertTrainingSet& set, const HilbertFrame& f
     (set.labels[i] > 0.5f ? weights.hits : weights.frees) += set.weights[i];
   }
   model.lastInference = inference;
+  model.lastThreads = threads;
   model.stale = true;
 }
 
@@ -407,7 +410,7 @@ void HilbertMap::train(unsigned threads) const
 
 const HilbertMap::Model& HilbertMap::trained() const
 {
-  train();
+  train(model_->lastThreads);
   return *model_;
 }
 
@@ -767,6 +770,10 @@ void HilbertMap::restore(const HilbertState& state)
   for (const HilbertState::CellPoints& kept : state.cells)
   {
     require(isWeight(kept.hits) && isWeight(kept.frees), "the weight of a cell is not legal");
+    require(
+        HilbertFrame::atCell(kept.cell, structure_.resolution, structure_.latticeSpacing, structure_.planar)
+            .has_value(),
+        "a cell beyond what can be addressed");
     require(model->cells.emplace(kept.cell, PointWeights{kept.hits, kept.frees}).second, "a cell twice");
   }
   for (const HilbertState::Point& point : state.points)
@@ -774,6 +781,10 @@ void HilbertMap::restore(const HilbertState& state)
     require(point.place.allFinite() && point.covariance.allFinite() && isWeight(point.weight) &&
                 (point.label == 0.0f || point.label == 1.0f),
             "a training point is not legal");
+    require(HilbertFrame::inMap(point.place, structure_.resolution, structure_.latticeSpacing,
+                                structure_.planarLayer())
+                .has_value(),
+            "a training point beyond what can be addressed");
     model->points.push_back(point);
   }
   model_ = std::move(model);

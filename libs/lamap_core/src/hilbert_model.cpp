@@ -19,16 +19,25 @@ namespace
 /// Nyström: the kernel is taken for 0 from here on.
 constexpr double kNothing = 1e-9;
 
-void requirePose(bool condition, const char* what)
-{
-  if (!condition) throw std::invalid_argument(std::string("the pose of a model ") + what);
-}
-
 bool isRotation(const Eigen::Matrix3d& matrix)
 {
   constexpr double kTolerance = 1e-6;
   return (matrix.transpose() * matrix - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kTolerance &&
          matrix.determinant() > 0;
+}
+
+Eigen::Vector3d originOf(const Eigen::Isometry3d& pose, bool planar)
+{
+  return {pose.translation().x(), pose.translation().y(), planar ? 0.0 : pose.translation().z()};
+}
+
+/// Why no model can stand at a pose; null if one can.
+const char* faultOf(const Eigen::Isometry3d& pose, double resolution_m, bool planar)
+{
+  if (!pose.matrix().allFinite()) return "is not finite";
+  if (!isRotation(pose.linear())) return "has no rotation: its matrix is not orthonormal";
+  if (!cellAt(originOf(pose, planar), resolution_m)) return "lies beyond what cells can address";
+  return nullptr;
 }
 
 /// The part of a rotation about the vertical: the direction in which the x axis then lies.
@@ -151,14 +160,17 @@ auto fieldsOf(const HilbertModel& m)
 
 }  // namespace
 
+bool ModelPose::isLegal(const Eigen::Isometry3d& pose, double resolution_m, bool planar)
+{
+  return faultOf(pose, resolution_m, planar) == nullptr;
+}
+
 ModelPose ModelPose::of(const Eigen::Isometry3d& pose, double resolution_m, bool planar)
 {
-  requirePose(pose.matrix().allFinite(), "is not finite");
-  requirePose(isRotation(pose.linear()), "has no rotation: its matrix is not orthonormal");
-  Eigen::Vector3d origin = pose.translation();
-  if (planar) origin.z() = 0;
+  if (const char* fault = faultOf(pose, resolution_m, planar))
+    throw std::invalid_argument(std::string("the pose of a model ") + fault);
+  const Eigen::Vector3d origin = originOf(pose, planar);
   const auto anchor = cellAt(origin, resolution_m);
-  requirePose(anchor.has_value(), "lies beyond what cells can address");
   ModelPose result;
   result.anchor = *anchor;
   result.rotation = planar ? yawOf(pose.linear()) : Eigen::Matrix3d(pose.linear());

@@ -149,7 +149,7 @@ RayCounts OverlappingHilbertMap::insert(const Scan& scan, const OverlappingInfer
   {
     trainPending(inference, threads);
   }
-  catch (const std::length_error&)
+  catch (...)
   {
     pending_.scans.pop_back();
     throw;
@@ -235,10 +235,7 @@ CellEstimate OverlappingHilbertMap::estimate(const Evidence& evidence,
   CellEstimate cell;
   const double logodds = logoddsOf(evidence, structure_.outOfFieldLimit);
   cell.prob = logistic(logodds);
-  if (cell.prob < thresholds.free)
-    cell.state = CellState::Free;
-  else if (cell.prob > thresholds.occupied)
-    cell.state = CellState::Occupied;
+  cell.state = stateOf(cell.prob, thresholds);
   cell.evidence = {logodds, evidence.occupied != 0 ? 1.0 : 0.0};
   return cell;
 }

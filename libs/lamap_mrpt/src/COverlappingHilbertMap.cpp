@@ -1,6 +1,7 @@
 #include <lamap_mrpt/COverlappingHilbertMap.h>
 
 #include <lamap_mrpt/hilbert_option_tables.h>
+#include <lamap_mrpt/isometry.h>
 #include <lamap_mrpt/map_definition.h>
 #include <lamap_mrpt/map_sections.h>
 #include <lamap_mrpt/overlapping_map_content.h>
@@ -23,21 +24,6 @@ struct Registration
 } const registration;
 
 constexpr uint8_t kFormatVersion = 1;
-
-Eigen::Isometry3d isometryOf(const mrpt::poses::CPose3D& pose)
-{
-  Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
-  isometry.linear() = pose.getRotationMatrix().asEigen();
-  isometry.translation() = Eigen::Vector3d(pose.x(), pose.y(), pose.z());
-  return isometry;
-}
-
-mrpt::poses::CPose3D poseOf(const Eigen::Isometry3d& isometry)
-{
-  const Eigen::Matrix3d rotation = isometry.linear();
-  const Eigen::Vector3d translation = isometry.translation();
-  return {mrpt::math::CMatrixDouble33(rotation), mrpt::math::CVectorFixedDouble<3>(translation)};
-}
 }  // namespace
 
 // ---- Options
@@ -232,7 +218,10 @@ RayCounts COverlappingHilbertMap::learnScan(const Scan& scan, const ScanPose& po
 {
   const auto uncertainty = insertionOptions.of(pose);
   std::optional<Eigen::Isometry3d> sensor;
-  if (pose.sensor_map) sensor = isometryOf(*pose.sensor_map);
+  // Where no model can stand no ray can begin: then the rays are counted and left out.
+  if (pose.sensor_map &&
+      ModelPose::isLegal(isometryOf(*pose.sensor_map), resolution(), creationOptions_.planar))
+    sensor = isometryOf(*pose.sensor_map);
   withPending_.reset();
   return map_.insert(scan, insertionOptions, sensor, uncertainty ? &*uncertainty : nullptr, threadCount());
 }

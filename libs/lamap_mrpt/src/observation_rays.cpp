@@ -1,3 +1,4 @@
+#include <lamap_mrpt/isometry.h>
 #include <lamap_mrpt/mrpt_compat.h>
 #include <lamap_mrpt/observation_rays.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
@@ -29,14 +30,6 @@ using mrpt::obs::CObservationRotatingScan;
 using mrpt::obs::CObservationVelodyneScan;
 using mrpt::obs::VelodyneCalibration;
 using mrpt::poses::CPose3D;
-
-Eigen::Isometry3d isometryOf(const CPose3D& pose)
-{
-  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
-  transform.linear() = pose.getRotationMatrix().asEigen();
-  transform.translation() = Eigen::Vector3d(pose.x(), pose.y(), pose.z());
-  return transform;
-}
 
 /// Collects the rays of one optical centre, given in the sensor's frame.
 class FanBuilder

@@ -1,3 +1,4 @@
+#include <lamap_mrpt/isometry.h>
 #include <lamap_mrpt/uncertain_inputs.h>
 
 #include <cmath>
@@ -27,7 +28,9 @@ HilbertUncertainty uncertaintyOf(const mrpt::poses::CPose3DPDFGaussian& pose_map
 std::optional<HilbertUncertainty> UncertainInputs::of(const CLearnedMap::ScanPose& pose) const
 {
   HilbertUncertainty uncertainty;
-  if (usePoseCovariance && pose.robot_map) uncertainty = uncertaintyOf(*pose.robot_map);
+  // Where the pose is no place the rays are left out anyway.
+  if (usePoseCovariance && pose.robot_map && isometryOf(pose.robot_map->mean).matrix().allFinite())
+    uncertainty = uncertaintyOf(*pose.robot_map);
   uncertainty.rangeStd_m = rangeStd;
   uncertainty.point = Eigen::Matrix3d::Identity() * (pointStd * pointStd);
   if (!uncertainty.any()) return std::nullopt;

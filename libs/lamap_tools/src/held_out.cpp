@@ -98,20 +98,6 @@ LabelRules labelRulesFor(const mrpt::maps::CMetricMap& map, const CellMap& cells
   return rules;
 }
 
-std::string reasonsOf(const InsertionTally& tally)
-{
-  std::string reasons;
-  for (const auto& [what, count] : tally.leftOut)
-    reasons += "\n  " + std::to_string(count) + " " + what.first + ": " + what.second;
-  return reasons;
-}
-
-bool HeldOutReport::damaged() const
-{
-  return std::any_of(inputs.begin(), inputs.end(),
-                     [](const InputReport& input) { return !input.damages.empty(); });
-}
-
 std::optional<Scan> scanOf(const ScanItem& item)
 {
   if (const auto* points = std::get_if<PointScan>(&item)) return scanOf(*points);
@@ -168,8 +154,7 @@ HeldOutReport scoreHeldOut(const HeldOutOptions& options, const ProgressSink& pr
                                });
   report.scans = inserter.tally();
   report.heldOut = choice.heldOut();
-  for (const auto& source : sources)
-    report.inputs.push_back({source->path(), source->notes(), source->damages()});
+  report.inputs = reportsOf(sources);
   if (report.stopped) return report;
 
   requireScans(choice, shown, report.scans, options);

@@ -63,7 +63,4 @@ void askAboutLabels(const CellMap& map, const ScanLabels& labels, PredictionTall
 [[nodiscard]] LabelRules labelRulesFor(const mrpt::maps::CMetricMap& map, const CellMap& cells,
                                        double maxRange_m);
 
-/// Why scans were not used, a line each after a line break.
-[[nodiscard]] std::string reasonsOf(const InsertionTally& tally);
-
 }  // namespace lamap::tools

@@ -126,9 +126,7 @@ void save(const CMetricMap::Ptr& map, const std::string& path)
 
 std::string reasonsOf(const BuildReport& report)
 {
-  std::string reasons;
-  for (const auto& [what, count] : report.scans.leftOut)
-    reasons += "\n  " + std::to_string(count) + " " + what.first + ": " + what.second;
+  std::string reasons = reasonsOf(report.scans);
   for (const InputReport& input : report.inputs)
   {
     for (const std::string& damage : input.damages) reasons += "\n  " + input.path + ": " + damage;
@@ -161,10 +159,17 @@ bool visitScans(const std::vector<std::unique_ptr<ScanSource>>& sources,
   return true;
 }
 
-bool BuildReport::damaged() const
+bool damaged(const std::vector<InputReport>& inputs)
 {
   return std::any_of(inputs.begin(), inputs.end(),
                      [](const InputReport& input) { return !input.damages.empty(); });
+}
+
+std::vector<InputReport> reportsOf(const std::vector<std::unique_ptr<ScanSource>>& sources)
+{
+  std::vector<InputReport> reports;
+  for (const auto& source : sources) reports.push_back({source->path(), source->notes(), source->damages()});
+  return reports;
 }
 
 BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
@@ -185,8 +190,7 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
                                [&](const ScanItem& item) { inserter.insert(item); });
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.scans = inserter.tally();
-  for (const auto& source : sources)
-    report.inputs.push_back({source->path(), source->notes(), source->damages()});
+  report.inputs = reportsOf(sources);
 
   if (report.scans.usedCount() == 0)
   {

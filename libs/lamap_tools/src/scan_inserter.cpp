@@ -155,4 +155,12 @@ void ScanInserter::count(const std::string& kind, const std::string& reason)
     ++tally_.leftOut[{kind, reason}];
 }
 
+std::string reasonsOf(const InsertionTally& tally)
+{
+  std::string reasons;
+  for (const auto& [what, count] : tally.leftOut)
+    reasons += "\n  " + std::to_string(count) + " " + what.first + ": " + what.second;
+  return reasons;
+}
+
 }  // namespace lamap::tools

@@ -100,7 +100,6 @@ class Candidate
   void insert(const ScanItem& item) { inserter_->insert(item); }
   void askAbout(const ScanLabels& labels)
   {
-    constexpr size_t kJoinAt = 1U << 21U;
     askAboutLabels(*cells_, labels, tally_);
     if (tally_.size() > joinAt_)
     {
@@ -131,7 +130,8 @@ class Candidate
   std::unique_ptr<ScanInserter> inserter_;
   LabelRules rules_;
   PredictionTally tally_;
-  size_t joinAt_ = 1U << 21U;
+  static constexpr size_t kJoinAt = 1U << 21U;
+  size_t joinAt_ = kJoinAt;
 };
 
 void requireSameCells(const Candidate& first, const Candidate& other)
@@ -338,12 +338,6 @@ std::string bestConfig(const TuneOptions& options, const SearchSpace& space, con
 }
 }  // namespace
 
-bool TuneReport::damaged() const
-{
-  return std::any_of(inputs.begin(), inputs.end(),
-                     [](const InputReport& input) { return !input.damages.empty(); });
-}
-
 TuneReport tuneMap(const TuneOptions& options, const ProgressSink& progress)
 {
   requireLegalOptions(options);
@@ -356,8 +350,7 @@ TuneReport tuneMap(const TuneOptions& options, const ProgressSink& progress)
   report.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
                                [&](const ScanItem& item) { search.take(item); });
   report.scored = search.scored();
-  for (const auto& source : sources)
-    report.inputs.push_back({source->path(), source->notes(), source->damages()});
+  report.inputs = reportsOf(sources);
   if (report.stopped) return report;
 
   const InsertionTally& inserted = search.candidates().front()->inserted();

@@ -90,7 +90,7 @@ class HilbertMap
   [[nodiscard]] bool empty() const;
 
   /// `Batch`: whether points were inserted that no model was trained on yet; the next question trains one,
-  /// with the options of the last insertion.
+  /// with the options and the number of threads of the last insertion.
   [[nodiscard]] bool isStale() const;
   /// Trains now if it is stale. @throws std::length_error if features would not fit into memory.
   void train(unsigned threads = 0) const;
@@ -138,7 +138,7 @@ class HilbertMap
   void learnOnNystroem(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
                        unsigned threads, Workspace& work) const;
   void keepPoints(const HilbertTrainingSet& set, const HilbertFrame& frame,
-                  const HilbertInference& inference);
+                  const HilbertInference& inference, unsigned threads);
   [[nodiscard]] HilbertTrainingSet keptPoints(HilbertFrame& frame) const;
   [[nodiscard]] std::vector<HilbertState::CellPoints> sortedCells() const;
   void trainBatch(unsigned threads) const;

@@ -27,6 +27,8 @@ struct ModelPose
   /** @param pose of the model's frame in the map [m]
    *  @throws std::invalid_argument unless the pose is finite, its rotation is one and cells can address it */
   static ModelPose of(const Eigen::Isometry3d& pose, double resolution_m, bool planar);
+  /// Whether of() takes the pose.
+  [[nodiscard]] static bool isLegal(const Eigen::Isometry3d& pose, double resolution_m, bool planar);
   [[nodiscard]] Eigen::Isometry3d isometry(double resolution_m) const;
 
   /// @param fromAnchor_m position [m] from the anchor's lowest corner. @return [m] in the model's frame

@@ -61,7 +61,8 @@ class OverlappingHilbertMap
    * @param threads how many may work; 0: as many as the machine has. Never changes the result.
    * @return what became of its rays; nothing is changed if none was usable.
    * @throws std::invalid_argument as validate() of the options and of the uncertainty, and ModelPose::of();
-   * std::length_error, with nothing changed, if the scan has too many cells or points */
+   * std::length_error, with nothing changed, if the scan has too many cells or points. A scan that cannot be
+   * trained does not wait either. */
   RayCounts insert(const Scan& scan, const OverlappingInference& inference,
                    const std::optional<Eigen::Isometry3d>& pose = std::nullopt,
                    const HilbertUncertainty* uncertainty = nullptr, unsigned threads = 0);

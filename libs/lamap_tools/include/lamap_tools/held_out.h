@@ -33,8 +33,6 @@ struct HeldOutReport
   double maxRange_m = 0;
   std::vector<InputReport> inputs;
   bool stopped = false;  ///< because it was asked to: there are no scores then
-
-  [[nodiscard]] bool damaged() const;
 };
 
 /** Scores a map without knowing the truth: it is built from all scans but every N-th, and asked about what

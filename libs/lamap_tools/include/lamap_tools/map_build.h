@@ -46,6 +46,10 @@ struct InputReport
   std::vector<std::string> damages;  ///< what could not be read
 };
 
+/// Whether any of them could not be read whole.
+[[nodiscard]] bool damaged(const std::vector<InputReport>& inputs);
+[[nodiscard]] std::vector<InputReport> reportsOf(const std::vector<std::unique_ptr<ScanSource>>& sources);
+
 struct BuildReport
 {
   std::string mapClass;
@@ -56,8 +60,6 @@ struct BuildReport
   std::vector<InputReport> inputs;
   std::vector<std::string> notes;  ///< on the output
   double seconds = 0;              ///< of reading and inserting
-
-  [[nodiscard]] bool damaged() const;
 };
 
 /** Makes a map from logs, or goes on with one, and saves it.

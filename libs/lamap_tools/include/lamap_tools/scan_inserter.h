@@ -24,6 +24,9 @@ struct InsertionTally
   [[nodiscard]] size_t leftOutCount() const;
 };
 
+/// Why scans were not used, a line each after a line break.
+[[nodiscard]] std::string reasonsOf(const InsertionTally& tally);
+
 /** Inserts scans into any map and counts them. The map must outlive it.
  *
  * This library's maps take observations and points as they are. MRPT's own maps get points as a

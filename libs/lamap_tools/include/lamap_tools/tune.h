@@ -43,8 +43,6 @@ struct TuneReport
   std::vector<InputReport> inputs;
   std::string outPath;
   bool stopped = false;  ///< because it was asked to: there are no scores, and no file, then
-
-  [[nodiscard]] bool damaged() const;
 };
 
 /** Searches options by how well scans predict each other: every combination of the values is a map, all are
