@@ -17,6 +17,7 @@ struct Arguments
   std::string map;
   std::string out;
   std::string size;
+  std::vector<double> box;
   tools::RenderOptions options;
 };
 
@@ -37,8 +38,9 @@ void describeView(CLI::App& command, Arguments& arguments)
   command.add_option("--z-min", options.zMin_m, "top, 3d: leave out cells below this height [m]");
   command.add_option("--z-max", options.zMax_m,
                      "top, 3d: leave out cells above this height [m], a ceiling say");
-  command.add_option("--size", arguments.size,
-                     "WIDTHxHEIGHT in pixels; default: 1600 wide, as high as the map asks for");
+  command.add_option(
+      "--size", arguments.size,
+      "WIDTHxHEIGHT in pixels, 320 to 8192 each; default: 1600 wide, as high as the map asks for");
   command
       .add_option("--azimuth", options.azimuth_deg,
                   "3d: where the camera stands, counter-clockwise from +x [deg]")
@@ -46,6 +48,12 @@ void describeView(CLI::App& command, Arguments& arguments)
   command.add_option("--elevation", options.elevation_deg, "3d: how high the camera stands, -90 to 90 [deg]")
       ->capture_default_str();
   command.add_option("--zoom", options.zoom, "1 shows all, 2 the middle half, ...")->capture_default_str();
+  command
+      .add_option("--box", arguments.box,
+                  "x0,y0,z0,x1,y1,z1 [m]: the part of the map to show, so that several maps' pictures match; "
+                  "default: around the occupied cells")
+      ->delimiter(',')
+      ->expected(6);
   command.add_flag("--show-free", options.showFree, "3d: free space as a faint surface");
 }
 }  // namespace
@@ -63,6 +71,13 @@ void addRender(CLI::App& app, Action& action)
         action = [arguments]
         {
           if (!arguments->size.empty()) tools::parseSize(arguments->size, arguments->options);
+          if (const auto& box = arguments->box; !box.empty())
+          {
+            // Not by its constructor, whose complaint about corners in the wrong order is no help.
+            arguments->options.box_map.emplace();
+            arguments->options.box_map->min = {box[0], box[1], box[2]};
+            arguments->options.box_map->max = {box[3], box[4], box[5]};
+          }
           tools::requireDrawable(arguments->out, arguments->options);
           tools::renderMap(*tools::openCellMap(arguments->map), arguments->out, arguments->options);
           return 0;

@@ -12,6 +12,7 @@ using Action = std::function<int()>;
 
 // One function per subcommand: describes it, and sets the action when it was chosen.
 void addBuild(CLI::App& app, Action& action);
+void addCompare(CLI::App& app, Action& action);
 void addInfo(CLI::App& app, Action& action);
 void addQuery(CLI::App& app, Action& action);
 void addEval(CLI::App& app, Action& action);

@@ -46,6 +46,7 @@ int main(int argc, char** argv)
   app.require_subcommand(1);
   Action action;
   addBuild(app, action);
+  addCompare(app, action);
   addInfo(app, action);
   addQuery(app, action);
   addEval(app, action);

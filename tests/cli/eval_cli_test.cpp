@@ -120,7 +120,8 @@ TEST_F(EvalCommand, WrongUsageEndsWith2)
         "$/a.lamap.gz --truth $/t.csv -m bgkMap", "$/a.lamap.gz --truth $/t.csv --held-out 3 -i $/log.rawlog",
         "--held-out 3 -i $/log.rawlog -m bgkMop",
         "--held-out 3 -i $/log.rawlog -m bgkMap -s insertOpts.maxrnge=3",
-        "$/a.lamap.gz --truth $/t.csv --thresholds 1.5", "$/a.lamap.gz --truth $/t.csv --roc $/r.gif",
+        "$/a.lamap.gz --truth $/t.csv --thresholds 1.5", "$/a.lamap.gz --truth $/t.csv --thresholds nan",
+        "$/a.lamap.gz --truth $/t.csv --roc $/r.gif",
         "--held-out 3 -i $/log.rawlog -m bgkMap --max-range -1"})
   {
     EXPECT_EQ(run(wrong), 2) << wrong;
@@ -153,6 +154,24 @@ TEST_F(EvalCommand, WhatCannotBeScoredEndsWith1AndIsNamed)
   EXPECT_FALSE(exists("r.csv"));
   EXPECT_EQ(run("$/a.lamap.gz --truth $/one.csv"), 0) << "the other scores are given";
   EXPECT_NE(out_.find("AUC and average precision are undefined"), std::string::npos) << out_;
+}
+
+TEST_F(EvalCommand, ComparesMapsOfOneLog)
+{
+  ASSERT_EQ(
+      run("-i $/log.rawlog -m bgkMap -m octoMap --held-out 3 -o $/page.html --roc $/roc.csv", "compare"), 0)
+      << err_;
+  EXPECT_NE(out_.find("ms a scan"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("pictures: "), std::string::npos) << out_;
+  EXPECT_TRUE(exists("page.html") && exists("roc.csv"));
+  ASSERT_EQ(run("-i $/log.rawlog -m bgkMap -m occupancyGrid --json", "compare"), 0) << err_;
+  const auto json = nlohmann::json::parse(out_);
+  EXPECT_EQ(json["maps"][1]["class"], "mrpt::maps::COccupancyGridMap2D");
+  EXPECT_TRUE(json["maps"][0]["scores"].is_null());
+  for (const char* wrong :
+       {"", "-i $/log.rawlog -m bgkMap --roc $/r.csv", "-i $/log.rawlog -m bgkMap --max-range 3",
+        "-i $/log.rawlog --held-out 3 --truth $/t.csv", "-i $/log.rawlog -o $/page.png"})
+    EXPECT_EQ(run(wrong, "compare"), 2) << wrong << ": " << err_;
 }
 
 TEST_F(EvalCommand, TuneRanksSettingsAndSavesTheBest)

@@ -662,19 +662,27 @@ std::string contentOf(const std::string& path)
 
 TYPED_TEST(HilbertMaps, FilesOfVersion1LoadAsTheyWereAndSaveToTheSameBytes)
 {
-  int number = 0;
+  // What the files' maps said when they were written: number of cells, log-odds at a point.
+  const mrpt::math::TPoint3D point(2.05, 0.35, 0.55);
+  const std::vector<std::pair<size_t, double>> written =
+      std::is_same_v<TypeParam, CHilbertMap>
+          ? std::vector<std::pair<size_t, double>>{{114930, 0.11289191246}, {114515, -17.1270236969}}
+          : std::vector<std::pair<size_t, double>>{{48343, 0.61385154724}, {9022, 10.22592163086}};
+  size_t number = 0;
   for (const Settings& settings : {Settings{}, Settings{{"creationOpts.preset", "thesis"}}})
   {
     // Options of today are part of the files: they are compared as they were stored.
     const std::string path = std::string(LAMAP_TEST_SOURCE_DIR) + "/golden/" + aliasOf<TypeParam>() + "_v1_" +
-                             std::to_string(number++) + ".lamap.gz";
+                             std::to_string(number) + ".lamap.gz";
     if (std::getenv("LAMAP_WRITE_GOLDEN")) lamap::saveMapFile(taught<TypeParam>(settings), path);
     const auto loaded = std::dynamic_pointer_cast<TypeParam>(lamap::loadMapFile(path));
     ASSERT_TRUE(loaded) << path;
-    EXPECT_GT(cellCount(*loaded), 1000U);
+    EXPECT_EQ(cellCount(*loaded), written.at(number).first);
+    EXPECT_NEAR(loaded->estimateAt(point)->evidence[0], written.at(number).second, 1e-5);
     const TemporaryFolder folder;
     lamap::saveMapFile(*loaded, folder.file("again.lamap.gz"));
     EXPECT_EQ(contentOf(folder.file("again.lamap.gz")), contentOf(path));
+    ++number;
   }
 }
 }  // namespace

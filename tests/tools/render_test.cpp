@@ -160,6 +160,26 @@ TEST(Render, MapsAThousandKilometresAwayLookTheSame)
   EXPECT_NEAR(saturated(near), saturated(far), 0.01 * saturated(near));
 }
 
+TEST(Render, ABoxFramesDifferentMapsAlike)
+{
+  HandMadeCells more = room();
+  for (int z = 0; z < 20; ++z) more.put({40, 30, z}, 0.9, CellState::Occupied);
+  RenderOptions options = sized(View::Top);
+  EXPECT_NE(colorsOf(drawMap(room(), options)), colorsOf(drawMap(more, options)));
+  options.box_map.emplace();
+  options.box_map->min = {-0.5, -0.5, 0};
+  options.box_map->max = {5.5, 3.5, 4};
+  EXPECT_EQ(colorsOf(drawMap(room(), options)), colorsOf(drawMap(more, options)));
+  // It may reach beyond the map, and its heights set the colours.
+  options.box_map->max.z = 8;
+  EXPECT_NE(colorsOf(drawMap(more, options)), colorsOf(drawMap(room(), sized(View::Top))));
+  for (const double bad : {-0.5, -1.0, std::nan(""), 1e9})
+  {
+    options.box_map->max.x = bad;
+    EXPECT_THROW((void)drawMap(room(), options), UsageError) << bad;
+  }
+}
+
 TEST(Render, RefusesWhatItCannotDraw)
 {
   const test::TemporaryFolder folder;
@@ -172,6 +192,10 @@ TEST(Render, RefusesWhatItCannotDraw)
   EXPECT_THROW((void)drawMap(room(), options), UsageError);
   options = {};
   options.zoom = 0;
+  EXPECT_THROW((void)drawMap(room(), options), UsageError);
+  options = {};
+  options.zMin_m = 2;
+  options.zMax_m = 1;
   EXPECT_THROW((void)drawMap(room(), options), UsageError);
   options = {};
   options.width = 20;

@@ -215,7 +215,7 @@ std::vector<CLearnedMap::Fact> CBGKMap::facts() const
         beta += static_cast<double>(evidence.free) * kEvidenceUnit;
       });
   facts.push_back({"blocks", std::to_string(map_.grid().blockCount()), ""});
-  facts.push_back(memoryFact(map_.grid().memoryBytes()));
+  facts.push_back(memoryFact());
   facts.push_back({"evidence for occupied", inUnits(alpha, "%.6g"), "pseudo-counts"});
   facts.push_back({"evidence for free", inUnits(beta, "%.6g"), "pseudo-counts"});
   if (map_.structure().planar)

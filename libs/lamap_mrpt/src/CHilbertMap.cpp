@@ -190,7 +190,7 @@ std::vector<CLearnedMap::Fact> CHilbertMap::facts() const
   facts.push_back({"weights", std::to_string(map_.weightCount()), ""});
   if (map_.structure().training == HilbertTraining::Batch)
     facts.push_back({"training points", std::to_string(map_.trainingPointCount()), ""});
-  facts.push_back(memoryFact(map_.memoryBytes()));
+  facts.push_back(memoryFact());
   const std::vector<Fact> ofScans = scanFacts();
   facts.insert(facts.end(), ofScans.begin(), ofScans.end());
   return facts;

@@ -379,9 +379,9 @@ std::vector<CLearnedMap::Fact> CLearnedMap::cellFacts(const CellVisitor& also) c
           {"unknown cells", std::to_string(cells - occupied - free), ""}};
 }
 
-CLearnedMap::Fact CLearnedMap::memoryFact(size_t bytes)
+CLearnedMap::Fact CLearnedMap::memoryFact() const
 {
-  return {"memory", mrpt::format("%.3f", static_cast<double>(bytes) / (1024.0 * 1024.0)), "MiB"};
+  return {"memory", mrpt::format("%.3f", static_cast<double>(memoryBytes()) / (1024.0 * 1024.0)), "MiB"};
 }
 
 std::vector<CLearnedMap::Fact> CLearnedMap::scanFacts() const

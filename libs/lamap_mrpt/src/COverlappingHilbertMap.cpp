@@ -208,7 +208,7 @@ std::vector<CLearnedMap::Fact> COverlappingHilbertMap::facts() const
   facts.push_back({"models", std::to_string(map_.modelCount()), ""});
   if (!map_.pending().scans.empty())
     facts.push_back({"scans that wait for others", std::to_string(map_.pending().scans.size()), ""});
-  facts.push_back(memoryFact(map_.memoryBytes()));
+  facts.push_back(memoryFact());
   const std::vector<Fact> ofScans = scanFacts();
   facts.insert(facts.end(), ofScans.begin(), ofScans.end());
   return facts;

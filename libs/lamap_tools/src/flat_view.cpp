@@ -143,8 +143,9 @@ CellExtent shownExtent(const CellMap& map, const RenderOptions& options, const L
   if (!extent)
     throw std::runtime_error("the map has no cell at the heights asked for (" +
                              heightsText(map, options, layers) + "), there is nothing to draw");
-  const auto frame = occupiedFrame(map, [&](const CellIndex& cell) { return layers.has(cell); });
+  const auto frame = pictureFrame(map, options, [&](const CellIndex& cell) { return layers.has(cell); });
   const CellExtent middle = frame.value_or(*extent);
+  if (options.box_map) extent = frame;
   crop(extent->first.x, extent->last.x, middle.first.x, middle.last.x, options.zoom);
   crop(extent->first.y, extent->last.y, middle.first.y, middle.last.y, options.zoom);
   return *extent;
@@ -208,7 +209,8 @@ TColor heightColor(const Squares& flat, int x, int y)
   const Square& square = *flat.at(x, y);
   if (square.state != CellState::Occupied) return square.anyFree ? kFree : kUnsure;
   const double span = static_cast<double>(flat.highestOccupied) - flat.lowestOccupied;
-  const double fraction = span > 0 ? (static_cast<double>(square.z) - flat.lowestOccupied) / span : 0.5;
+  const double height = static_cast<double>(square.z) - flat.lowestOccupied;
+  const double fraction = span > 0 ? std::clamp(height / span, 0.0, 1.0) : 0.5;
   return darkened(paletteColor(Palette::Height, kHighest * fraction), light(flat, x, y));
 }
 
@@ -338,8 +340,13 @@ CImage drawFlat(const CellMap& map, const RenderOptions& options)
   const Layers layers = layersOf(map, options);
   const CellExtent extent = shownExtent(map, options, layers);
   const int height = pictureHeight(options, extent);
-  const Squares flat = flatten(map, layers, extent, 2 * std::max(options.width, height));
+  Squares flat = flatten(map, layers, extent, 2 * std::max(options.width, height));
   const ColorBy colorBy = automaticColor(options, flat);
+  if (options.box_map)
+  {
+    flat.lowestOccupied = extent.first.z;
+    flat.highestOccupied = extent.last.z;
+  }
   if (colorBy == ColorBy::Variance && !(flat.greatestVariance > 0))
     throw std::runtime_error("the map has no variance to be coloured by; colour it by prob");
   const PlotArea plot = placePlot(options, height, flat, map.resolution());

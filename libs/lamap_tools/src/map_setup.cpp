@@ -143,6 +143,13 @@ TMetricMapInitializer::Ptr load(const RecordedConfig& config, const std::string&
   requireResolution(config, prefix);
   return definition;
 }
+/// @throws std::runtime_error without the file's name
+std::unique_ptr<CConfigFileBase> openConfig(const std::string& path)
+{
+  if (!std::ifstream(path) || std::filesystem::is_directory(path)) throw std::runtime_error("cannot be read");
+  requireAssignments(path, [](const std::string&) { return true; });
+  return std::make_unique<mrpt::config::CConfigFile>(path);
+}
 }  // namespace
 
 Setting parseSetting(const std::string& setting)
@@ -193,6 +200,20 @@ std::string resolveMapName(const std::string& name)
   throw UsageError("-m " + name + ": no map of this name; did you mean " + nearestOf(name, names) + "?");
 }
 
+std::vector<std::string> mapsCountedIn(const std::string& configPath)
+{
+  std::vector<std::string> names;
+  try
+  {
+    for (const auto& entry : countsIn(*openConfig(configPath))) names.push_back(entry.first);
+  }
+  catch (const std::exception& error)
+  {
+    throw std::runtime_error(configPath + ": " + compat::messageOf(error));
+  }
+  return names;
+}
+
 MapDefinition readMapDefinition(const MapRequest& request)
 {
   if (request.mapName.empty() && request.configPath.empty())
@@ -203,12 +224,9 @@ MapDefinition readMapDefinition(const MapRequest& request)
   std::unique_ptr<CConfigFileBase> file = std::make_unique<mrpt::config::CConfigFileMemory>();
   if (!request.configPath.empty())
   {
-    if (!std::ifstream(request.configPath) || std::filesystem::is_directory(request.configPath))
-      throw std::runtime_error(request.configPath + ": cannot be read");
     try
     {
-      requireAssignments(request.configPath, [](const std::string&) { return true; });
-      file = std::make_unique<mrpt::config::CConfigFile>(request.configPath);
+      file = openConfig(request.configPath);
       const MapCounts counts = countsIn(*file);
       // Before the map is chosen: a mistyped [map] is the reason why there is none.
       if (counts.empty()) requireKnownSections(*file, counts, wanted, {});

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <lamap_tools/cell_table.h>
+#include <lamap_tools/render_map.h>
 
 #include <functional>
 #include <optional>
@@ -16,5 +17,9 @@ namespace lamap::tools
  * @return nothing if none of them is occupied */
 [[nodiscard]] std::optional<CellExtent> occupiedFrame(const CellMap& map,
                                                       const std::function<bool(const CellIndex&)>& shown);
+
+/// What a picture is about: the box that the options give, else the occupiedFrame().
+[[nodiscard]] std::optional<CellExtent> pictureFrame(const CellMap& map, const RenderOptions& options,
+                                                     const std::function<bool(const CellIndex&)>& shown);
 
 }  // namespace lamap::tools

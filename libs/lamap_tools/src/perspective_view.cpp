@@ -126,9 +126,10 @@ Cells gather(const CellMap& map, const RenderOptions& options, const CellExtent&
 Cells gatherWithinLimits(const CellMap& map, const RenderOptions& options)
 {
   const CellExtent extent = occupiedExtent(map, options);
-  const CellExtent frame = occupiedFrame(map, [&](const CellIndex& cell)
-                                         { return withinHeights(cell, map.resolution(), options); })
-                               .value();
+  const CellExtent frame =
+      pictureFrame(map, options,
+                   [&](const CellIndex& cell) { return withinHeights(cell, map.resolution(), options); })
+          .value();
   for (int coarseness = 0;; ++coarseness)
   {
     Cells cells = gather(map, options, extent, coarseness);

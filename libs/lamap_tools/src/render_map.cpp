@@ -19,6 +19,20 @@ namespace
 constexpr int kMinPixels = 320;
 constexpr int kMaxPixels = 8192;
 
+void requireLegalBox(const mrpt::math::TBoundingBox& box)
+{
+  constexpr double kFarthest_m = 1e7;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const double low = box.min[axis];
+    const double high = box.max[axis];
+    if (!(std::abs(low) <= kFarthest_m && std::abs(high) <= kFarthest_m && low < high))
+      throw UsageError("a box from " + shortest(low) + " to " + shortest(high) + " m along " +
+                       std::string(1, "xyz"[axis]) +
+                       "; expected its lowest corner and then its highest, within 1e7 m");
+  }
+}
+
 void requireLegal(const RenderOptions& options)
 {
   const auto refuse = [](const std::string& what) { throw UsageError(what); };
@@ -33,6 +47,10 @@ void requireLegal(const RenderOptions& options)
   if (!std::isfinite(options.azimuth_deg)) refuse("the azimuth is not a finite number [deg]");
   if (!(options.elevation_deg >= -90 && options.elevation_deg <= 90))
     refuse("an elevation of " + shortest(options.elevation_deg) + " deg; expected -90 to 90");
+  if (options.box_map) requireLegalBox(*options.box_map);
+  if (options.zMin_m && options.zMax_m && !(*options.zMin_m <= *options.zMax_m))
+    refuse("a z-min of " + shortest(*options.zMin_m) + " m above the z-max of " + shortest(*options.zMax_m) +
+           " m");
   if (options.z_m && options.view != View::Slice) refuse("a height z is for the slice view only");
   if ((options.zMin_m || options.zMax_m) && options.view == View::Slice)
     refuse("z-min and z-max are for the top and 3d views; a slice takes one z");

@@ -293,4 +293,14 @@ bool inNaturalOrder(const std::string& a, const std::string& b)
   return i == a.size();
 }
 
+ScanItem ownCopyOf(const ScanItem& item)
+{
+  const auto* observed = std::get_if<ObservedScan>(&item);
+  if (observed == nullptr) return item;
+  ObservedScan copy = *observed;
+  copy.observation =
+      std::dynamic_pointer_cast<mrpt::obs::CObservation>(observed->observation->duplicateGetSmartPtr());
+  return copy;
+}
+
 }  // namespace lamap::tools

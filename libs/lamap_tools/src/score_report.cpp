@@ -2,45 +2,15 @@
 #include <lamap_tools/score_report.h>
 #include <mrpt/core/format.h>
 
-#include <algorithm>
 #include <ostream>
+
+#include "text_table.h"
 
 namespace lamap::tools
 {
 namespace
 {
 using Json = nlohmann::ordered_json;
-
-std::string numberText(const std::optional<double>& score)
-{
-  return score ? mrpt::format("%.4f", *score) : "-";
-}
-
-/// Columns as wide as their widest text, the first one to the left, the others to the right.
-class TextTable
-{
- public:
-  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
-
-  void print(std::ostream& out) const
-  {
-    std::vector<size_t> widths(rows_.front().size());
-    for (const auto& row : rows_)
-      for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
-    for (const auto& row : rows_)
-    {
-      for (size_t i = 0; i < row.size(); ++i)
-      {
-        const std::string gap(widths[i] - row[i].size(), ' ');
-        out << "  " << (i == 0 ? row[i] + gap : gap + row[i]);
-      }
-      out << "\n";
-    }
-  }
-
- private:
-  std::vector<std::vector<std::string>> rows_;
-};
 
 void printBlock(const std::vector<MapScores>& maps, const std::string& title, Scores MapScores::*set,
                 std::ostream& out)

@@ -158,18 +158,6 @@ std::vector<std::unique_ptr<Candidate>> candidatesOf(const TuneOptions& options,
   return candidates;
 }
 
-/** An item of its own for one thread: MRPT's observations load external files, and keep what they computed
- * last, even where they are const. */
-ScanItem copyForOneThread(const ScanItem& item)
-{
-  const auto* observed = std::get_if<ObservedScan>(&item);
-  if (observed == nullptr) return item;
-  ObservedScan copy = *observed;
-  copy.observation =
-      std::dynamic_pointer_cast<mrpt::obs::CObservation>(observed->observation->duplicateGetSmartPtr());
-  return copy;
-}
-
 /// More than the machine has would only make TBB complain.
 int threadCount(unsigned wanted)
 {
@@ -230,7 +218,7 @@ class Search
       act(candidate);
       if (item == nullptr) return;
       std::unique_lock<std::mutex> lock(copying);
-      const ScanItem copy = copyForOneThread(*item);
+      const ScanItem copy = ownCopyOf(*item);
       lock.unlock();
       candidate.insert(copy);
     };

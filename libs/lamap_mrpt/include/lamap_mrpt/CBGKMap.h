@@ -76,6 +76,7 @@ class CBGKMap : public CLearnedMap
   [[nodiscard]] std::vector<std::string> evidenceNames() const override { return {"alpha", "beta"}; }
   [[nodiscard]] std::string alias() const override { return "bgkMap"; }
   [[nodiscard]] std::vector<Fact> facts() const override;
+  [[nodiscard]] size_t memoryBytes() const override { return map_.grid().memoryBytes(); }
   [[nodiscard]] std::optional<int32_t> planarLayer() const override;
   [[nodiscard]] StateThresholds stateThresholds() const override { return insertionOptions.thresholds; }
   [[nodiscard]] RangeLimits rangeLimits() const override;

@@ -84,6 +84,7 @@ class CHilbertMap : public CLearnedMap
   [[nodiscard]] std::vector<std::string> evidenceNames() const override { return {"logodds"}; }
   [[nodiscard]] std::string alias() const override { return "hilbertMap"; }
   [[nodiscard]] std::vector<Fact> facts() const override;
+  [[nodiscard]] size_t memoryBytes() const override { return map_.memoryBytes(); }
   [[nodiscard]] std::optional<int32_t> planarLayer() const override;
   [[nodiscard]] StateThresholds stateThresholds() const override { return insertionOptions.thresholds; }
   [[nodiscard]] RangeLimits rangeLimits() const override { return insertionOptions.rangeLimits(); }

@@ -65,6 +65,9 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   };
   [[nodiscard]] virtual std::vector<Fact> facts() const = 0;
 
+  /// What the map holds in memory [bytes], with all indices, without what only speeds up the next scan.
+  [[nodiscard]] virtual size_t memoryBytes() const = 0;
+
   /// How many threads an insertion may use; 0 (the default): as many as the machine has. Never changes a
   /// result.
   void setThreadCount(unsigned threads) { threadCount_ = threads; }
@@ -244,7 +247,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
 
   /// How many cells there are of each state. @param also called for each cell on the way
   [[nodiscard]] std::vector<Fact> cellFacts(const CellVisitor& also = {}) const;
-  [[nodiscard]] static Fact memoryFact(size_t bytes);
+  [[nodiscard]] Fact memoryFact() const;
   /// What became of the scans of this session.
   [[nodiscard]] std::vector<Fact> scanFacts() const;
 

@@ -86,6 +86,7 @@ class COverlappingHilbertMap : public CLearnedMap
   [[nodiscard]] std::vector<std::string> evidenceNames() const override { return {"logodds"}; }
   [[nodiscard]] std::string alias() const override { return "overlappingHilbertMap"; }
   [[nodiscard]] std::vector<Fact> facts() const override;
+  [[nodiscard]] size_t memoryBytes() const override { return map_.memoryBytes(); }
   [[nodiscard]] std::optional<int32_t> planarLayer() const override;
   [[nodiscard]] StateThresholds stateThresholds() const override { return insertionOptions.thresholds; }
   [[nodiscard]] RangeLimits rangeLimits() const override { return insertionOptions.rangeLimits(); }

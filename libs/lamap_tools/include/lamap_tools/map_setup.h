@@ -48,6 +48,10 @@ struct MapDefinition
   mrpt::maps::TMetricMapInitializer::Ptr definition;
 };
 
+/** The maps that an .ini file counts, by their registered names.
+ * @throws std::runtime_error naming the file if it cannot be read, or what it counts is no map */
+[[nodiscard]] std::vector<std::string> mapsCountedIn(const std::string& configPath);
+
 /** Reads what a request says.
  *
  * Stricter than MRPT, whose loaders skip what they do not know: a section, key or map name that nothing reads

@@ -2,6 +2,7 @@
 
 #include <lamap_tools/cell_map.h>
 #include <mrpt/img/CImage.h>
+#include <mrpt/math/TBoundingBox.h>
 
 #include <optional>
 #include <string>
@@ -43,6 +44,9 @@ struct RenderOptions
   double zoom = 1;
   /// Perspective: free space as a faint surface.
   bool showFree = false;
+  /// Top, Slice: the part of the map that is shown [m]; Perspective: what the camera looks at. Its heights
+  /// are those that colours stand for. Default: around the occupied cells, few far ones left out.
+  std::optional<mrpt::math::TBoundingBox> box_map{};
 };
 
 /** Checks a picture's path and options before a map is read for it.

@@ -40,6 +40,10 @@ struct LeftOutScan
 
 using ScanItem = std::variant<ObservedScan, PointScan, LeftOutScan>;
 
+/** An item of its own for one thread or one map: MRPT's observations load external files, and keep what they
+ * computed last, even where they are const. */
+[[nodiscard]] ScanItem ownCopyOf(const ScanItem& item);
+
 /** The scans of one input, in its order. Belongs to one thread. */
 class ScanSource
 {

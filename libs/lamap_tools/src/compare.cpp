@@ -1,0 +1,330 @@
+#include <lamap_core/scan_labels.h>
+#include <lamap_mrpt/CLearnedMap.h>
+#include <lamap_mrpt/atomic_file.h>
+#include <lamap_tools/compare.h>
+#include <lamap_tools/score_report.h>
+#include <lamap_tools/truth.h>
+#include <lamap_tools/usage_error.h>
+#include <mrpt/core/format.h>
+#include <mrpt/maps/COccupancyGridMap2D.h>
+#include <mrpt/maps/COctoMap.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ostream>
+#include <sstream>
+#include <stdexcept>
+
+#include "comparison_page.h"
+#include "held_out_cells.h"
+
+namespace lamap::tools
+{
+namespace
+{
+/// "bgkMap a.b=c d.e=f" taken apart.
+MapRequest requestOf(const std::string& text, const CompareOptions& options)
+{
+  MapRequest request{"", options.configPath, options.settings};
+  std::istringstream words(text);
+  words >> request.mapName;
+  if (request.mapName.empty()) throw UsageError("-m '': expected the name of a map");
+  for (std::string word; words >> word;) request.settings.push_back(word);
+  return request;
+}
+
+std::vector<std::string> namesOfMaps(const CompareOptions& options)
+{
+  if (!options.maps.empty()) return options.maps;
+  if (options.configPath.empty()) return {"bgkMap", "overlappingHilbertMap", "hilbertMap", "octoMap"};
+  const std::vector<std::string> counted = mapsCountedIn(options.configPath);
+  if (counted.empty()) throw std::runtime_error(options.configPath + ": asks for no map in section [map]");
+  return counted;
+}
+
+std::optional<uint64_t> memoryOf(const mrpt::maps::CMetricMap& map)
+{
+  if (const auto* learned = dynamic_cast<const CLearnedMap*>(&map)) return learned->memoryBytes();
+  if (const auto* octo = dynamic_cast<const mrpt::maps::COctoMap*>(&map)) return octo->memoryUsage();
+  if (const auto* grid = dynamic_cast<const mrpt::maps::COccupancyGridMap2D*>(&map))
+    return uint64_t{grid->getSizeX()} * grid->getSizeY() * sizeof(mrpt::maps::COccupancyGridMap2D::cellType);
+  return std::nullopt;
+}
+
+/// A map that is being built. Belongs to one thread.
+class Builder
+{
+ public:
+  Builder(const std::string& name, const CompareOptions& options)
+  {
+    built_.name = name;
+    const MapDefinition definition = readMapDefinition(requestOf(name, options));
+    built_.map = createMap(definition);
+    if (auto* learned = dynamic_cast<CLearnedMap*>(built_.map.get()))
+      learned->setThreadCount(options.threads);
+    built_.cells = cellsOf(built_.map);
+    if (!built_.cells)
+      throw UsageError("-m " + name + ": a " + built_.map->GetRuntimeClass()->className +
+                       " has no cells to compare");
+    inserter_ = std::make_unique<ScanInserter>(*built_.map);
+    rules_ = labelRulesFor(*built_.map, *built_.cells, options.maxRange_m);
+  }
+
+  void insert(const ScanItem& item)
+  {
+    const ScanItem own = ownCopyOf(item);
+    if (const auto* observed = std::get_if<ObservedScan>(&own)) observed->observation->load();
+    const auto begin = std::chrono::steady_clock::now();
+    inserter_->insert(own);
+    built_.insertion_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+
+  [[nodiscard]] LabelRules& rules() { return rules_; }
+  [[nodiscard]] const InsertionTally& tally() const { return inserter_->tally(); }
+  [[nodiscard]] const ComparedMap& built() const { return built_; }
+
+  [[nodiscard]] ComparedMap finish()
+  {
+    built_.scans = inserter_->tally();
+    built_.memoryBytes = memoryOf(*built_.map);
+    return built_;
+  }
+
+ private:
+  ComparedMap built_;
+  std::unique_ptr<ScanInserter> inserter_;
+  LabelRules rules_;
+};
+
+/// Scores by scans that were kept from the maps. Each map is asked about its own kind of cells.
+class HeldOutScores
+{
+ public:
+  HeldOutScores(const CompareOptions& options, std::vector<Builder>& builders) : choice_(options.heldOutEvery)
+  {
+    double farthest_m = options.maxRange_m;
+    if (!(farthest_m > 0))
+      for (Builder& builder : builders) farthest_m = std::max(farthest_m, builder.rules().maxRange_m);
+    for (Builder& builder : builders)
+    {
+      builder.rules().maxRange_m = farthest_m;
+      rules_.push_back(builder.rules());
+      shown_.emplace_back(rules_.back().resolution_m);
+    }
+  }
+
+  /// @return whether the scan is one to be kept from the maps
+  bool take(const ScanItem& item)
+  {
+    const auto scan = scanOf(item);
+    if (!scan || !choice_.isHeldOut(item)) return false;
+    for (size_t i = 0; i < rules_.size(); ++i) shown_[i].add(labelCells(*scan, rules_[i]));
+    return true;
+  }
+
+  void scoreInto(ComparedMap& map, size_t number, const std::vector<double>& thresholds) const
+  {
+    if (shown_[number].empty())
+      throw std::runtime_error("the scans that were held out show neither hits nor free space");
+    MapScores scores;
+    scores.name = map.name;
+    scores.className = map.cells->className();
+    scores.resolution_m = map.cells->resolution();
+    PredictionTally tally;
+    shown_[number].ask(*map.cells, tally);
+    tally.scoreInto(scores, thresholds);
+    map.scores = std::move(scores);
+  }
+
+  [[nodiscard]] const HeldOutChoice& choice() const { return choice_; }
+  [[nodiscard]] bool sameCells() const
+  {
+    return std::all_of(
+        rules_.begin(), rules_.end(),
+        [&](const LabelRules& rules)
+        { return rules.resolution_m == rules_.front().resolution_m && rules.layer == rules_.front().layer; });
+  }
+
+ private:
+  HeldOutChoice choice_;
+  std::vector<LabelRules> rules_;
+  std::vector<HeldOutCells> shown_;
+};
+
+void requireLegalOptions(const CompareOptions& options)
+{
+  if (!options.truthPath.empty() && options.heldOutEvery > 0)
+    throw UsageError("--truth and --held-out: maps are scored by one of them");
+  if (options.heldOutEvery == 1)
+    throw UsageError("--held-out 1: must be a whole number >= 2; with 10 every tenth scan is scored");
+  if (!(options.maxRange_m >= 0) || !std::isfinite(options.maxRange_m))
+    throw UsageError("--max-range: must be a length > 0, in m");
+  if (options.maxRange_m > 0 && options.heldOutEvery == 0)
+    throw UsageError("--max-range: is for --held-out only; how far maps insert is their own option");
+  if (options.pagePath.empty()) return;
+  const std::string& path = options.pagePath;
+  if (path.size() < 5 || path.substr(path.size() - 5) != ".html")
+    throw UsageError(path + ": the page is written as .html");
+  const AtomicFile placeIsWritable(path);
+}
+
+std::vector<Builder> buildersFor(const CompareOptions& options)
+{
+  std::vector<Builder> builders;
+  std::vector<std::string> names;
+  for (const std::string& name : namesOfMaps(options))
+  {
+    if (std::find(names.begin(), names.end(), name) != names.end())
+      throw UsageError("-m " + name + ": twice the same map");
+    names.push_back(name);
+    builders.emplace_back(name, options);
+  }
+  return builders;
+}
+
+/// @throws std::runtime_error if one of the maps has nothing to be compared by
+void requireScans(const std::vector<Builder>& builders, const HeldOutScores* heldOut)
+{
+  for (const Builder& builder : builders)
+    if (builder.tally().usedCount() == 0)
+      throw std::runtime_error(builder.built().name + ": not one scan that the map takes" +
+                               reasonsOf(builder.tally()));
+  if (heldOut != nullptr && heldOut->choice().heldOut() == 0)
+    throw std::runtime_error("only " + std::to_string(heldOut->choice().mostScans()) +
+                             " usable scans of a sensor: none would be held out");
+}
+
+void scoreAll(Comparison& comparison, const CompareOptions& options, const Truth* truth,
+              const HeldOutScores* heldOut)
+{
+  if (truth != nullptr)
+  {
+    comparison.scoredBy = mrpt::format("%zu cells of %s", truth->cells.size(), truth->name.c_str());
+    for (ComparedMap& map : comparison.maps)
+    {
+      const OpenedMap opened{map.map, cellsOf(map.map)};
+      map.scores = scoreMap(opened, map.name, *truth, options.thresholds);
+    }
+  }
+  if (heldOut == nullptr) return;
+  comparison.scoredBy = mrpt::format("the cells that %zu scans held out show", heldOut->choice().heldOut());
+  for (size_t i = 0; i < comparison.maps.size(); ++i)
+    heldOut->scoreInto(comparison.maps[i], i, options.thresholds);
+  if (!heldOut->sameCells())
+    comparison.notes.emplace_back(
+        "the maps have cells of different sizes or layers: each is scored over its own");
+}
+
+std::string memoryText(const std::optional<uint64_t>& bytes)
+{
+  return bytes ? mrpt::format("%.3f", static_cast<double>(*bytes) / (1024.0 * 1024.0)) : "-";
+}
+}  // namespace
+
+Comparison compareMaps(const CompareOptions& options, const ProgressSink& progress)
+{
+  requireLegalOptions(options);
+  std::vector<Builder> builders = buildersFor(options);
+  std::optional<Truth> truth;
+  if (!options.truthPath.empty()) truth = readTruth(options.truthPath);
+  std::optional<HeldOutScores> heldOut;
+  if (options.heldOutEvery > 0) heldOut.emplace(options, builders);
+  const auto sources = openInputs(options.inputs);
+
+  Comparison comparison;
+  comparison.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
+                                   [&](const ScanItem& item)
+                                   {
+                                     if (heldOut && heldOut->take(item)) return;
+                                     for (Builder& builder : builders) builder.insert(item);
+                                   });
+  comparison.inputs = reportsOf(sources);
+  if (comparison.stopped) return comparison;
+  requireScans(builders, heldOut ? &*heldOut : nullptr);
+  for (Builder& builder : builders) comparison.maps.push_back(builder.finish());
+  scoreAll(comparison, options, truth ? &*truth : nullptr, heldOut ? &*heldOut : nullptr);
+  if (!options.pagePath.empty())
+  {
+    writeComparisonPage(comparison, truth ? &*truth : nullptr, options.pagePath);
+    comparison.pagePath = options.pagePath;
+  }
+  return comparison;
+}
+
+TextTable comparisonTable(const Comparison& comparison)
+{
+  const bool scored = !comparison.scoredBy.empty();
+  TextTable table;
+  std::vector<std::string> head{"map"};
+  if (scored)
+  {
+    head.insert(head.end(), {"AUC", "avg. precision", "log loss", "Brier", "calibration error", "observed"});
+    for (const ThresholdScore& score : comparison.maps.front().scores->all.thresholds)
+      head.push_back(mrpt::format("P / R at %g", score.threshold));
+  }
+  head.insert(head.end(), {"scans", "ms a scan", "MiB"});
+  table.add(head);
+  for (const ComparedMap& map : comparison.maps)
+  {
+    std::vector<std::string> row{map.name};
+    if (scored)
+    {
+      const Scores& all = map.scores->all;
+      row.insert(row.end(),
+                 {numberText(all.areaUnderRoc), numberText(all.averagePrecision), numberText(all.logLoss),
+                  numberText(all.brier), numberText(map.scores->observed.calibrationError),
+                  mrpt::format("%.1f %%", 100 * map.scores->observedShare())});
+      for (const ThresholdScore& score : all.thresholds)
+        row.push_back(numberText(score.above.precision) + " / " + numberText(score.above.recall));
+    }
+    row.insert(row.end(), {std::to_string(map.scans.usedCount()),
+                           mrpt::format("%.2f", 1e3 * map.insertionOfOne_s()), memoryText(map.memoryBytes)});
+    table.add(row);
+  }
+  return table;
+}
+
+void printComparison(const Comparison& comparison, std::ostream& out)
+{
+  if (!comparison.scoredBy.empty())
+    out << "scored by " << comparison.scoredBy
+        << mrpt::format(
+               " (one that a map has not observed counts as %g; the calibration error is over those "
+               "it has observed)\n",
+               kUnobservedProb);
+  comparisonTable(comparison).print(out);
+  for (const ComparedMap& map : comparison.maps)
+  {
+    for (const auto& [what, count] : map.scans.leftOut)
+      out << "  " << map.name << ": left out: " << count << " " << what.first << ": " << what.second << "\n";
+    if (!map.scores) continue;
+    for (const std::string& note : map.scores->notes) out << "  " << map.name << ": " << note << "\n";
+  }
+  for (const std::string& note : comparison.notes) out << "  " << note << "\n";
+  if (!comparison.pagePath.empty()) out << "pictures: " << comparison.pagePath << "\n";
+}
+
+nlohmann::ordered_json comparisonJson(const Comparison& comparison)
+{
+  nlohmann::ordered_json json;
+  json["scoredBy"] = comparison.scoredBy;
+  json["scoring"] = scoringJson();
+  json["notes"] = comparison.notes;
+  json["page"] = comparison.pagePath;
+  json["maps"] = nlohmann::ordered_json::array();
+  for (const ComparedMap& map : comparison.maps)
+  {
+    nlohmann::ordered_json one{{"map", map.name},
+                               {"class", map.map->GetRuntimeClass()->className},
+                               {"scans", map.scans.usedCount()},
+                               {"insertionSeconds", map.insertion_s},
+                               {"millisecondsAScan", 1e3 * map.insertionOfOne_s()}};
+    one["memoryBytes"] = map.memoryBytes ? nlohmann::ordered_json(*map.memoryBytes) : nullptr;
+    one["scores"] = map.scores ? scoresJson(*map.scores) : nlohmann::ordered_json(nullptr);
+    json["maps"].push_back(one);
+  }
+  return json;
+}
+
+}  // namespace lamap::tools

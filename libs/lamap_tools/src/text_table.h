@@ -1,0 +1,27 @@
+#pragma once
+
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace lamap::tools
+{
+/// Columns as wide as their widest text, the first one to the left, the others to the right.
+class TextTable
+{
+ public:
+  /// Of as many texts as all others.
+  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  [[nodiscard]] const std::vector<std::vector<std::string>>& rows() const { return rows_; }
+
+  void print(std::ostream& out) const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;
+};
+
+/// Four digits after the point; "-" for nothing.
+[[nodiscard]] std::string numberText(const std::optional<double>& number);
+
+}  // namespace lamap::tools

@@ -1,0 +1,163 @@
+#include <gtest/gtest.h>
+#include <lamap_mrpt/CLearnedMap.h>
+#include <lamap_tools/compare.h>
+#include <lamap_tools/usage_error.h>
+
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "support/small_logs.h"
+#include "support/temporary_folder.h"
+
+namespace
+{
+using namespace lamap;
+using namespace lamap::tools;
+using namespace lamap::test;
+
+/// A log of 9 laser scans along a wall, and a truth of three cells around it.
+class Compare : public testing::Test
+{
+ protected:
+  Compare()
+  {
+    Objects log;
+    for (int i = 0; i < 9; ++i)
+    {
+      log.push_back(odometry(at(i), 0.05 * i, 0, 0));
+      log.push_back(laser(at(i), 2));
+    }
+    writeLog(folder_ / "log.rawlog", log);
+    options_.inputs.paths = {folder_ / "log.rawlog"};
+    options_.threads = 1;
+  }
+
+  template <class Error>
+  std::string complaint(const CompareOptions& options) const
+  {
+    try
+    {
+      (void)compareMaps(options);
+    }
+    catch (const Error& error)
+    {
+      return error.what();
+    }
+    return "";
+  }
+
+  TemporaryFolder folder_;
+  CompareOptions options_;
+};
+
+// What it finds is what `lamap eval` finds of maps that `lamap build` made of the same log.
+TEST_F(Compare, ScoresAsEvalDoesOfMapsBuiltOneByOne)
+{
+  options_.maps = {"bgkMap", "bgkMap insertOpts.freeWeight=0.25", "octoMap"};
+  options_.heldOutEvery = 3;
+  options_.maxRange_m = 10;
+  const Comparison comparison = compareMaps(options_);
+  ASSERT_EQ(comparison.maps.size(), 3U);
+  for (const ComparedMap& compared : comparison.maps)
+  {
+    SCOPED_TRACE(compared.name);
+    HeldOutOptions one;
+    one.inputs = options_.inputs;
+    one.map.mapName = compared.name.substr(0, compared.name.find(' '));
+    if (compared.name.find(' ') != std::string::npos)
+      one.map.settings = {compared.name.substr(compared.name.find(' ') + 1)};
+    one.every = 3;
+    one.maxRange_m = 10;
+    const HeldOutReport expected = scoreHeldOut(one);
+    ASSERT_TRUE(compared.scores);
+    EXPECT_EQ(compared.scores->all.cells(), expected.scores.all.cells());
+    EXPECT_EQ(compared.scores->all.logLoss, expected.scores.all.logLoss);
+    EXPECT_EQ(compared.scores->observed.areaUnderRoc, expected.scores.observed.areaUnderRoc);
+    EXPECT_EQ(compared.scans.usedCount(), 6U);
+    EXPECT_GT(compared.insertion_s, 0);
+    EXPECT_GT(compared.memoryBytes.value_or(0), 1000U);
+  }
+  EXPECT_NE(comparison.maps[0].scores->all.logLoss, comparison.maps[1].scores->all.logLoss);
+  EXPECT_TRUE(comparison.notes.empty());
+}
+
+TEST_F(Compare, MapsAreThoseThatTheConfigurationCountsAndElseTheUsualFour)
+{
+  folder_.write("maps.ini",
+                "[map]\nbgkMap_count = 1\noctoMap_count = 1\n[map_bgkMap_00_creationOpts]\nresolution = 0.2\n"
+                "[map_octoMap_00_creationOpts]\nresolution = 0.25\n");
+  options_.configPath = folder_ / "maps.ini";
+  options_.settings = {"insertOpts.maxRange=5"};
+  options_.heldOutEvery = 3;
+  const Comparison counted = compareMaps(options_);
+  ASSERT_EQ(counted.maps.size(), 2U);
+  EXPECT_EQ(counted.maps[0].cells->resolution(), 0.2);
+  EXPECT_EQ(counted.maps[1].cells->resolution(), 0.25);
+  EXPECT_EQ(dynamic_cast<const CLearnedMap&>(*counted.maps[0].map).rangeLimits().max_m, 5);
+  ASSERT_EQ(counted.notes.size(), 1U) << "cells of two sizes";
+  EXPECT_NE(counted.notes[0].find("different sizes"), std::string::npos);
+  options_.configPath.clear();
+  options_.settings.clear();
+  options_.heldOutEvery = 0;
+  const Comparison usual = compareMaps(options_);
+  ASSERT_EQ(usual.maps.size(), 4U);
+  EXPECT_FALSE(usual.maps[0].scores);
+}
+
+TEST_F(Compare, ThePageHoldsTableAndPicturesOfTruthAndMaps)
+{
+  std::string truth = "x,y,z,label\n";
+  for (const char* cell : {"0.55,0.05,0.05,0", "0.65,0.05,0.05,0", "1.95,0.05,0.05,1", "2.05,0.05,0.05,1"})
+    truth += std::string(cell) + "\n";
+  folder_.write("truth.csv", truth);
+  options_.maps = {"bgkMap creationOpts.planar=true", "occupancyGrid", "bgkMap insertOpts.freeThreshold=0.2"};
+  options_.truthPath = folder_ / "truth.csv";
+  options_.pagePath = folder_ / "page.html";
+  const Comparison comparison = compareMaps(options_);
+  EXPECT_EQ(comparison.pagePath, options_.pagePath);
+  const std::string page = fileContent(options_.pagePath);
+  const auto countOf = [&](const std::string& text)
+  {
+    size_t count = 0;
+    for (size_t at = page.find(text); at != std::string::npos; at = page.find(text, at + 1)) ++count;
+    return count;
+  };
+  EXPECT_EQ(countOf("<tr>"), 4U);
+  EXPECT_EQ(countOf("src=\"data:image/png;base64,iVBORw0KGgo"), 4U + 4U) << page.substr(0, 2000);
+  EXPECT_EQ(countOf("\n\"") + countOf("No picture"), 0U);
+  EXPECT_NE(page.find("</html>"), std::string::npos);
+  size_t files = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_.path())) ++files;
+  EXPECT_EQ(files, 3U) << "nothing is left beside log, truth and page";
+}
+
+TEST_F(Compare, RefusesByName)
+{
+  CompareOptions wrong = options_;
+  wrong.maps = {"bgkMap", "bgkMop"};
+  EXPECT_NE(complaint<UsageError>(wrong).find("did you mean bgkMap"), std::string::npos);
+  wrong.maps = {"bgkMap", "bgkMap"};
+  EXPECT_NE(complaint<UsageError>(wrong).find("twice"), std::string::npos);
+  wrong.maps = {"bgkMap insertOpts.maxRnge=3"};
+  EXPECT_NE(complaint<UsageError>(wrong).find("maxRnge"), std::string::npos);
+  wrong.maps = {"pointsMap"};
+  EXPECT_NE(complaint<UsageError>(wrong).find("no cells"), std::string::npos);
+  wrong.maps = {" "};
+  EXPECT_NE(complaint<UsageError>(wrong), "");
+  wrong.maps = {"bgkMap"};
+  wrong.pagePath = folder_ / "page.pdf";
+  EXPECT_NE(complaint<UsageError>(wrong).find(".html"), std::string::npos);
+  wrong.pagePath = folder_ / "none/page.html";
+  EXPECT_NE(complaint<std::runtime_error>(wrong).find("none"), std::string::npos);
+  wrong.pagePath.clear();
+  wrong.heldOutEvery = 20;
+  EXPECT_NE(complaint<std::runtime_error>(wrong).find("9 usable scans"), std::string::npos);
+  wrong.heldOutEvery = 3;
+  wrong.truthPath = "truth.csv";
+  EXPECT_NE(complaint<UsageError>(wrong).find("--held-out"), std::string::npos);
+  wrong.truthPath.clear();
+  wrong.inputs.paths = {folder_ / "none.rawlog"};
+  EXPECT_NE(complaint<std::runtime_error>(wrong).find("none.rawlog"), std::string::npos);
+}
+}  // namespace
