@@ -27,13 +27,6 @@ void requireNotNegative(const char* name, double value)
   requireLegal(value >= 0 && std::isfinite(value), name, value, "a finite number >= 0");
 }
 
-/// Smaller voxels hold a point each, which 0 says too, and their indices would overflow.
-void requireVoxelEdge(const char* name, double edge_m, double resolution_m)
-{
-  requireLegal(edge_m == 0 || (edge_m >= 0.01 * resolution_m && edge_m <= 1e6), name, edge_m,
-               "0, or a length [m] of at least 1/100 of the resolution");
-}
-
 }  // namespace
 
 void BgkStructure::validate() const
@@ -60,18 +53,26 @@ BgkInference BgkInference::resolved(double resolution_m) const
   return filled;
 }
 
+TrainingRules BgkInference::trainingRules() const
+{
+  TrainingRules rules;
+  rules.freeSpace = freeWeight > 0 ? freeSpace : FreeSpace::None;
+  rules.points = trainingPoints;
+  rules.freeResolution = *freeResolution;
+  rules.freeMargin = *freeMargin;
+  rules.freeDownsampling = freeDownsampling;
+  rules.hitDownsampling = *hitDownsampling;
+  rules.protectHits = protectHits;
+  return rules;
+}
+
 void BgkInference::validate(double resolution_m) const
 {
   const BgkInference filled = resolved(resolution_m);
-  // A point every thousandth of a cell, or a kernel of hundreds of cells, is a mistake in the unit, and would
-  // not end.
+  filled.trainingRules().validate(resolution_m);
+  // A kernel of hundreds of cells is a mistake in the unit, and would not end.
   constexpr double kMaxSupport_cells = 64.0;
-  requireLegal(*filled.freeResolution >= 1e-3 * resolution_m && *filled.freeResolution <= 1e6,
-               "freeResolution", *filled.freeResolution, "a length [m] of at least 1/1000 of the resolution");
-  requireNotNegative("freeMargin", *filled.freeMargin);
   requireLegal(freeWeight >= 0 && freeWeight <= 1e3, "freeWeight", freeWeight, "a number from 0 to 1000");
-  requireVoxelEdge("freeDownsampling", freeDownsampling, resolution_m);
-  requireVoxelEdge("hitDownsampling", *filled.hitDownsampling, resolution_m);
   requireLegal(*filled.kernelSupport > 0 && *filled.kernelSupport <= kMaxSupport_cells * resolution_m,
                "kernelSupport", *filled.kernelSupport, "a length [m] > 0, at most 64 times the resolution");
   requireLegal(kernelScale > 0 && kernelScale <= 1e3, "kernelScale", kernelScale,

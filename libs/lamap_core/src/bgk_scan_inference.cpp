@@ -17,15 +17,6 @@ namespace
 {
 constexpr int kEdge = kScanBlockEdge;
 
-/// A length that is a whole number of cells but for the rounding of the division is that number: cells at
-/// exactly the support shall not depend on how 0.3 / 0.1 rounds.
-double inCells(double length_m, double resolution_m)
-{
-  const double cells = length_m / resolution_m;
-  const double whole = std::round(cells);
-  return whole > 0 && std::abs(cells - whole) < 1e-9 ? whole : cells;
-}
-
 /// Kernels and stencils in cells, for one set of options.
 struct Weights
 {
@@ -33,7 +24,7 @@ struct Weights
       : inference(options),
         resolution(resolution_m),
         planar(isPlanar),
-        kernel(options.kernel, inCells(*options.kernelSupport, resolution_m), options.kernelScale),
+        kernel(options.kernel, lengthInCells(*options.kernelSupport, resolution_m), options.kernelScale),
         hitStencil(kernel, 1.0, isPlanar)
   {
     if (options.freeWeight > 0) freeStencil.emplace(kernel, options.freeWeight, isPlanar);
@@ -192,7 +183,7 @@ class BgkScanInference::Implementation
   [[nodiscard]] BlockPlace placeOf(const BlockIndex& target) const;
   [[nodiscard]] CellIndex firstCellOf(const BlockIndex& target) const;
 
-  BgkTrainer trainer_;
+  ScanTrainer trainer_;
   /// Kept from scan to scan: threads hardly ever join an arena that is gone after a millisecond.
   std::unique_ptr<tbb::task_arena> arena_;
   unsigned arenaThreads_ = 0;  ///< of arena_
@@ -245,7 +236,8 @@ RayCounts BgkScanInference::Implementation::addScan(const Scan& scan, const BgkI
 
   const auto work = [&]
   {
-    training_ = &trainer_.train(rays, inference, *frame_, structure.planar, structure.resolution, threads);
+    training_ = &trainer_.train(rays, inference.trainingRules(), *frame_, structure.planar,
+                                structure.resolution, threads);
     findTargets();
     tabulatePartOffsets(grid.shape());
     groupTargets(std::max(kScanBlockLog2Edge, grid.shape().log2Edge()));

@@ -3,27 +3,13 @@
 #include <lamap_core/kernel.h>
 #include <lamap_core/octant_rule.h>
 #include <lamap_core/state_thresholds.h>
+#include <lamap_core/training_rules.h>
 
 #include <cstdint>
 #include <optional>
 
 namespace lamap
 {
-/// Where a ray says "free".
-enum class FreeSpace
-{
-  Samples,  ///< points every freeResolution along the ray (thesis 4.2)
-  Line,     ///< the nearest point of the ray's segment, each ray once per cell (thesis 4.4, eq. 4.30–4.31)
-  None      ///< nowhere
-};
-
-/// What the training points of a scan are.
-enum class TrainingPoints
-{
-  Cells,     ///< each hit cell and each free cell of the scan once, at its centre
-  Centroids  ///< the hits' mean position in each voxel of hitDownsampling, and the free points where they are
-};
-
 /// What a BGK map is made with; fixed for its life.
 struct BgkStructure
 {
@@ -65,6 +51,9 @@ struct BgkInference
 
   /// The same with the lengths that are given in cells filled in.
   [[nodiscard]] BgkInference resolved(double resolution_m) const;
+
+  /// What decides the training points. Only of resolved options.
+  [[nodiscard]] TrainingRules trainingRules() const;
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate(double resolution_m) const;

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <lamap_core/bgk_training.h>
+#include <lamap_core/bgk_options.h>
 #include <lamap_core/block_grid.h>
 #include <lamap_core/cell_stencil.h>
 #include <lamap_core/octant_rule.h>
 #include <lamap_core/point_sums.h>
+#include <lamap_core/scan_training.h>
 
 #include <memory>
 #include <vector>

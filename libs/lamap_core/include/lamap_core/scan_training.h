@@ -1,8 +1,8 @@
 #pragma once
 
-#include <lamap_core/bgk_options.h>
 #include <lamap_core/ray_selection.h>
 #include <lamap_core/scan_frame.h>
+#include <lamap_core/training_rules.h>
 #include <lamap_core/training_set.h>
 
 #include <memory>
@@ -15,16 +15,16 @@ namespace lamap
  * hitDownsampling, or not at all) and each group is one ray to its mean; rays that end without a hit are
  * grouped likewise by their end. Free samples stand at i·freeResolution, i = 0, 1, …, from the origin, up to
  * the ray's length less freeMargin, or up to the end where there is no hit. */
-class BgkTrainer
+class ScanTrainer
 {
  public:
-  BgkTrainer();
-  ~BgkTrainer();
+  ScanTrainer();
+  ~ScanTrainer();
 
   /** @param threads ≥ 1; never changes the result
    *  @return the training set, valid until the next call. counts.outside and counts.tooNear of the selection
    * grow by rays that end too far from the origin, or that a planar map sees as points. */
-  const TrainingSet& train(SelectedRays& rays, const BgkInference& resolved, const ScanFrame& frame,
+  const TrainingSet& train(SelectedRays& rays, const TrainingRules& rules, const ScanFrame& frame,
                            bool planar, double resolution_m, unsigned threads);
 
  private:

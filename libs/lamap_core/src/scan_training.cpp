@@ -1,4 +1,4 @@
-#include <lamap_core/bgk_training.h>
+#include <lamap_core/scan_training.h>
 
 #include <tbb/parallel_for.h>
 #include <tsl/robin_map.h>
@@ -178,7 +178,7 @@ class MaskMarker
 
 }  // namespace
 
-struct BgkTrainer::Workspace
+struct ScanTrainer::Workspace
 {
   /// Free cells marked by one of several threads.
   struct Marks
@@ -194,10 +194,10 @@ struct BgkTrainer::Workspace
   std::vector<Marks> marks;
   CellBounds bounds;
 
-  void collectFan(SelectedFan& fan, const BgkInference& options, const ScanFrame& frame, bool planar,
+  void collectFan(SelectedFan& fan, const TrainingRules& rules, const ScanFrame& frame, bool planar,
                   double resolution_m, RayCounts& counts);
   void addRays(const Eigen::Vector3d& origin, double margin);
-  void markHits(const BgkInference& options, const BlockOffset& offset);
+  void markHits(const TrainingRules& rules, const BlockOffset& offset);
   void markFreeCells(double step, const BlockOffset& offset, unsigned threads);
   void sampleFreePoints(double step, double downsampling_cells, const CellIndex& anchor);
   void openWindow(const BlockOffset& offset);
@@ -223,7 +223,7 @@ uint64_t groupKey(const Eigen::Vector3d& local, TrainingPoints kind, double edge
 
 }  // namespace
 
-void BgkTrainer::Workspace::addRays(const Eigen::Vector3d& origin, double margin)
+void ScanTrainer::Workspace::addRays(const Eigen::Vector3d& origin, double margin)
 {
   for (const Group& group : groups.groups())
   {
@@ -233,8 +233,8 @@ void BgkTrainer::Workspace::addRays(const Eigen::Vector3d& origin, double margin
   }
 }
 
-void BgkTrainer::Workspace::collectFan(SelectedFan& fan, const BgkInference& options, const ScanFrame& frame,
-                                       bool planar, double resolution_m, RayCounts& counts)
+void ScanTrainer::Workspace::collectFan(SelectedFan& fan, const TrainingRules& rules, const ScanFrame& frame,
+                                        bool planar, double resolution_m, RayCounts& counts)
 {
   const auto localOrigin = frame.toLocal(fan.origin_map);
   const auto forEachEnd =
@@ -255,15 +255,15 @@ void BgkTrainer::Workspace::collectFan(SelectedFan& fan, const BgkInference& opt
     }
   };
 
-  const double hitEdge = *options.hitDownsampling / resolution_m;
-  const bool asCells = options.trainingPoints == TrainingPoints::Cells;
+  const double hitEdge = rules.hitDownsampling / resolution_m;
+  const bool asCells = rules.points == TrainingPoints::Cells;
   groups.clear();
   forEachEnd(
       fan.hitEnds_map, counts.hits, [&](const Eigen::Vector3d& end) { return frame.toLocal(end); },
       [&](const Eigen::Vector3d& local, size_t ordinal)
       {
-        groups.add(groupKey(local, options.trainingPoints, hitEdge, frame.anchor(), ordinal), local);
-        if (asCells || options.protectHits > 0) rawHits.add(cellKey(local), local);
+        groups.add(groupKey(local, rules.points, hitEdge, frame.anchor(), ordinal), local);
+        if (asCells || rules.protectHits > 0) rawHits.add(cellKey(local), local);
       });
   if (!asCells)
   {
@@ -272,7 +272,7 @@ void BgkTrainer::Workspace::collectFan(SelectedFan& fan, const BgkInference& opt
   if (localOrigin)
   {
     bounds.extend(*localOrigin);
-    addRays(*localOrigin, *options.freeMargin / resolution_m);
+    addRays(*localOrigin, rules.freeMargin / resolution_m);
   }
 
   groups.clear();
@@ -280,11 +280,11 @@ void BgkTrainer::Workspace::collectFan(SelectedFan& fan, const BgkInference& opt
       fan.freeRays_map, counts.freeOnly,
       [&](const Eigen::Vector3d& ray) { return frame.endOfRay(*localOrigin, ray); },
       [&](const Eigen::Vector3d& local, size_t ordinal)
-      { groups.add(groupKey(local, options.trainingPoints, hitEdge, frame.anchor(), ordinal), local); });
+      { groups.add(groupKey(local, rules.points, hitEdge, frame.anchor(), ordinal), local); });
   if (localOrigin) addRays(*localOrigin, 0.0);
 }
 
-void BgkTrainer::Workspace::openWindow(const BlockOffset& offset)
+void ScanTrainer::Workspace::openWindow(const BlockOffset& offset)
 {
   if (bounds.low.x() > bounds.high.x()) bounds.extend(Eigen::Vector3d::Zero());
   // A sample may round across the face of its ray's last cell.
@@ -293,9 +293,9 @@ void BgkTrainer::Workspace::openWindow(const BlockOffset& offset)
   set.blocks.reset(blockOfLocal(bounds.low, offset), blockOfLocal(bounds.high, offset));
 }
 
-void BgkTrainer::Workspace::markHits(const BgkInference& options, const BlockOffset& offset)
+void ScanTrainer::Workspace::markHits(const TrainingRules& rules, const BlockOffset& offset)
 {
-  const bool asCells = options.trainingPoints == TrainingPoints::Cells;
+  const bool asCells = rules.points == TrainingPoints::Cells;
   MaskMarker marker(set.blocks, set.masks, offset);
   for (const Group& group : rawHits.groups())
   {
@@ -303,12 +303,12 @@ void BgkTrainer::Workspace::markHits(const BgkInference& options, const BlockOff
     const int32_t y = localCell(group.first.y());
     const int32_t z = localCell(group.first.z());
     if (asCells) marker.mark<&BlockMasks::hit>(x, y, z);
-    if (options.protectHits > 0 && group.count >= options.protectHits)
+    if (rules.protectHits > 0 && group.count >= rules.protectHits)
       marker.mark<&BlockMasks::protectedHit>(x, y, z);
   }
 }
 
-void BgkTrainer::Workspace::markFreeCells(double step, const BlockOffset& offset, unsigned threads)
+void ScanTrainer::Workspace::markFreeCells(double step, const BlockOffset& offset, unsigned threads)
 {
   constexpr size_t kRaysWorthAThread = 256;
   const size_t workers = std::min<size_t>(threads, rays.size() / kRaysWorthAThread + 1);
@@ -341,7 +341,7 @@ void BgkTrainer::Workspace::markFreeCells(double step, const BlockOffset& offset
   }
 }
 
-void BgkTrainer::Workspace::sampleFreePoints(double step, double downsampling_cells, const CellIndex& anchor)
+void ScanTrainer::Workspace::sampleFreePoints(double step, double downsampling_cells, const CellIndex& anchor)
 {
   groups.clear();
   for (const TrainingRay& ray : rays)
@@ -360,12 +360,12 @@ void BgkTrainer::Workspace::sampleFreePoints(double step, double downsampling_ce
   for (const Group& group : groups.groups()) set.freePoints.push_back(group.mean());
 }
 
-BgkTrainer::BgkTrainer() : workspace_(std::make_unique<Workspace>()) {}
-BgkTrainer::~BgkTrainer() = default;
+ScanTrainer::ScanTrainer() : workspace_(std::make_unique<Workspace>()) {}
+ScanTrainer::~ScanTrainer() = default;
 
-const TrainingSet& BgkTrainer::train(SelectedRays& selected, const BgkInference& options,
-                                     const ScanFrame& frame, bool planar, double resolution_m,
-                                     unsigned threads)
+const TrainingSet& ScanTrainer::train(SelectedRays& selected, const TrainingRules& rules,
+                                      const ScanFrame& frame, bool planar, double resolution_m,
+                                      unsigned threads)
 {
   Workspace& work = *workspace_;
   TrainingSet& set = work.set;
@@ -377,20 +377,20 @@ const TrainingSet& BgkTrainer::train(SelectedRays& selected, const BgkInference&
   work.rawHits.clear();
   work.bounds = {};
   for (SelectedFan& fan : selected.fans)
-    work.collectFan(fan, options, frame, planar, resolution_m, selected.counts);
+    work.collectFan(fan, rules, frame, planar, resolution_m, selected.counts);
 
   const BlockOffset offset(frame.anchor());
   work.openWindow(offset);
-  work.markHits(options, offset);
-  const double step = *options.freeResolution / resolution_m;
-  if (options.freeSpace == FreeSpace::Samples && options.freeWeight > 0)
+  work.markHits(rules, offset);
+  const double step = rules.freeResolution / resolution_m;
+  if (rules.freeSpace == FreeSpace::Samples)
   {
-    if (options.trainingPoints == TrainingPoints::Cells)
+    if (rules.points == TrainingPoints::Cells)
       work.markFreeCells(step, offset, threads);
     else
-      work.sampleFreePoints(step, options.freeDownsampling / resolution_m, frame.anchor());
+      work.sampleFreePoints(step, rules.freeDownsampling / resolution_m, frame.anchor());
   }
-  if (options.freeSpace == FreeSpace::Line && options.freeWeight > 0)
+  if (rules.freeSpace == FreeSpace::Line)
   {
     for (const TrainingRay& ray : work.rays)
     {

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+namespace lamap
+{
+/// Where a ray says "free".
+enum class FreeSpace
+{
+  Samples,  ///< points every freeResolution along the ray (thesis 4.2)
+  Line,     ///< the nearest point of the ray's segment, each ray once per cell (thesis 4.4, eq. 4.30–4.31)
+  None      ///< nowhere
+};
+
+/// What the training points of a scan are.
+enum class TrainingPoints
+{
+  Cells,     ///< each hit cell and each free cell of the scan once, at its centre
+  Centroids  ///< the hits' mean position in each voxel of hitDownsampling, and the free points where they are
+};
+
+/// How the rays of a scan become labelled points, whoever learns from them. Lengths in metres, all legal.
+struct TrainingRules
+{
+  FreeSpace freeSpace = FreeSpace::Samples;
+  TrainingPoints points = TrainingPoints::Cells;
+  double freeResolution = 0.1;  ///< distance between free points on a ray, > 0
+  double freeMargin = 0.1;      ///< no free point nearer to its ray's hit
+  double freeDownsampling = 0;  ///< `Centroids`: voxel edge in which free points are averaged; 0: none
+  double hitDownsampling = 0;   ///< `Centroids`: voxel edge in which hits are averaged; 0: none
+  uint32_t protectHits = 0;     ///< a cell with so many raw hits is marked as protected; 0: none is
+
+  /// @throws std::invalid_argument naming the first illegal length, and the legal range.
+  void validate(double resolution_m) const;
+};
+
+/// A length that is a whole number of cells but for the rounding of the division is that number: cells at
+/// exactly the support shall not depend on how 0.3 / 0.1 rounds.
+[[nodiscard]] inline double lengthInCells(double length_m, double resolution_m)
+{
+  const double cells = length_m / resolution_m;
+  const double whole = std::round(cells);
+  return whole > 0 && std::abs(cells - whole) < 1e-9 ? whole : cells;
+}
+
+}  // namespace lamap

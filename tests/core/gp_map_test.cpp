@@ -1,0 +1,266 @@
+// The invariants of GP maps.
+#include <gtest/gtest.h>
+#include <lamap_core/gp_map.h>
+#include <lamap_core/signed_evidence.h>
+#include <support/grid_words.h>
+#include <support/random_gp_options.h>
+#include <support/seeded_scans.h>
+
+#include <cmath>
+
+namespace lamap::test
+{
+namespace
+{
+Scan someScan(Random& random, double resolution = 0.1)
+{
+  ScanRecipe recipe;
+  recipe.halfEdge_m = 7 * resolution;
+  recipe.clusterRadius_m = resolution;
+  recipe.statedRanges = false;
+  return randomScan(random, recipe);
+}
+
+TEST(GpMapProperty, OrderBatchingAndMergingDoNotMatter)
+{
+  for (unsigned seed = 1; seed <= 20; ++seed)
+  {
+    Random random(seed);
+    GpStructure structure = randomGpStructure(random);
+    structure.fusion = random.chance(0.3) ? GpFusion::Bayes : GpFusion::Bcm;
+    const GpInference inference = randomGpInference(random, structure.resolution);
+    SCOPED_TRACE("seed " + std::to_string(seed) + ": " + nameOf(structure, inference));
+    std::vector<Scan> scans;
+    for (int i = 0; i < 5; ++i) scans.push_back(someScan(random));
+    GpMap reference(structure);
+    for (const Scan& scan : scans) reference.insert(scan, inference, 1);
+    for (int trial = 0; trial < 3; ++trial)
+    {
+      random.shuffle(scans);
+      GpMap first(structure), second(structure);
+      for (size_t i = 0; i < scans.size(); ++i) (i < 2 ? first : second).insert(scans[i], inference, 1);
+      first.merge(second, inference);
+      ASSERT_EQ(differenceOf(reference.grid(), first.grid()), "");
+    }
+  }
+}
+
+// Thesis eq. (4.12) to (4.22): and so any mean that is not zero ends in certainty, eq. (4.23).
+TEST(GpMapProperty, EqualScansMultiplyTheEvidence)
+{
+  for (unsigned seed = 1; seed <= 10; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    GpStructure structure = randomGpStructure(random);
+    const GpInference inference = randomGpInference(random, structure.resolution);
+    const Scan scan = someScan(random);
+    GpMap one(structure), many(structure);
+    one.insert(scan, inference, 1);
+    const int n = 7;
+    for (int i = 0; i < n; ++i) many.insert(scan, inference, 1);
+    // Ten million scans, by doubling.
+    GpMap station(structure), power = one;
+    const uint64_t scans = 10'000'000;
+    for (uint64_t rest = scans; rest > 0; rest >>= 1)
+    {
+      if (rest & 1) station.merge(power, inference);
+      const GpMap same = power;
+      power.merge(same, inference);
+    }
+    const std::vector<CellEvidence> cells = cellsOf(one.grid());
+    ASSERT_EQ(cellsOf(many.grid()).size(), cells.size());
+    for (const CellEvidence& cell : cells)
+    {
+      const auto expectTimes = [&](const GpMap& map, int64_t times)
+      {
+        const Evidence evidence = map.grid().evidence(cell.cell);
+        ASSERT_EQ(*decodedSum(evidence.occupied), times * *decodedSum(cell.evidence.occupied));
+        ASSERT_EQ(*decodedSum(evidence.free), times * *decodedSum(cell.evidence.free));
+      };
+      expectTimes(many, n);
+      expectTimes(station, static_cast<int64_t>(scans));
+      const int64_t weighted = *decodedSum(cell.evidence.free);
+      const double prob = station.cell(cell.cell, inference)->prob;
+      const double logodds =
+          inference.squash() * static_cast<double>(weighted) * kEvidenceUnit * static_cast<double>(scans);
+      EXPECT_NEAR(prob, 1 / (1 + std::exp(-logodds)), 1e-9);
+      if (weighted == 0)
+      {
+        EXPECT_EQ(prob, 0.5);
+      }
+    }
+  }
+}
+
+TEST(GpMapProperty, CellsBeyondTheSupportOfAllDataHoldNothing)
+{
+  for (unsigned seed = 1; seed <= 20; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    GpStructure structure = randomGpStructure(random);
+    structure.planar = false;
+    GpInference inference = randomGpInference(random, structure.resolution);
+    inference.freeSpace = GpFreeSpace::None;
+    inference.trainingPoints = TrainingPoints::Centroids;
+    inference.hitDownsampling = 0.0;
+    inference.maxRange = 0.0;
+    inference.minRange = 0.0;
+    inference.rayDecimation = 1;
+    const Scan scan = someScan(random);
+    GpMap map(structure);
+    map.insert(scan, inference, 1);
+    const double support = *inference.resolved(structure.resolution).kernelSupport;
+    for (int x = -12; x <= 12; ++x)
+      for (int y = -12; y <= 12; ++y)
+        for (int z = -12; z <= 12; ++z)
+        {
+          const Eigen::Vector3d centre = cellCentre({x, y, z}, structure.resolution);
+          double nearest = 1e9;
+          for (const RayFan& fan : scan.fans)
+            for (const Eigen::Vector3d& end : fan.returns_map)
+              if (end.allFinite() && fan.origin_map.allFinite() && end != fan.origin_map)
+                nearest = std::min(nearest, (end - centre).norm());
+          if (std::abs(nearest - support) < 1e-9) continue;
+          ASSERT_EQ(map.cell({x, y, z}, inference).has_value(), nearest < support);
+        }
+  }
+}
+
+TEST(GpMapProperty, WholeBlocksMoveTheMap)
+{
+  for (const double resolution : {0.125, 0.5})
+    for (unsigned seed = 1; seed <= 20; ++seed)
+    {
+      Random random(seed);
+      GpStructure structure = randomGpStructure(random);
+      structure.resolution = resolution;
+      GpInference inference = randomGpInference(random, resolution);
+      if (inference.hitDownsampling && *inference.hitDownsampling > 0) inference.hitDownsampling = resolution;
+      if (inference.freeDownsampling > 0) inference.freeDownsampling = resolution;
+      SCOPED_TRACE("seed " + std::to_string(seed) + ": " + nameOf(structure, inference));
+      const Scan scan = quantized(someScan(random, resolution), 20);
+      GpMap here(structure);
+      here.insert(scan, inference, 1);
+      const std::vector<CellEvidence> cells = cellsOf(here.grid());
+      const int edge = here.grid().shape().edge();
+      for (CellIndex by :
+           {CellIndex{1, 0, 0}, {-3, 5, -7}, {-1000001, 999999, 5}, {999993, -1000011, -1000005}})
+      {
+        by = {by.x * edge, by.y * edge, structure.planar ? 0 : by.z * edge};
+        GpMap there(structure);
+        there.insert(moved(scan, Eigen::Vector3d(by.x, by.y, by.z) * resolution), inference, 1);
+        ASSERT_EQ(cellsOf(there.grid()).size(), cells.size());
+        for (const CellEvidence& cell : cells)
+          ASSERT_EQ(there.grid().evidence({cell.cell.x + by.x, cell.cell.y + by.y, cell.cell.z + by.z}),
+                    cell.evidence);
+      }
+    }
+}
+
+TEST(GpMapProperty, PruningChangesNoStateAndSplitsAgain)
+{
+  for (unsigned seed = 1; seed <= 10; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    GpStructure structure = randomGpStructure(random);
+    structure.pruning = Pruning::None;
+    structure.fusion = random.chance(0.3) ? GpFusion::Bayes : GpFusion::Bcm;
+    GpInference inference = randomGpInference(random, structure.resolution);
+    GpStructure pruned = structure;
+    pruned.pruning = Pruning::State;
+    GpStructure lossless = structure;
+    lossless.pruning = Pruning::Lossless;
+    const Scan scan = someScan(random);
+    GpMap whole(structure), byState(pruned), equal(lossless);
+    whole.insert(scan, inference, 1);
+    byState.insert(scan, inference, 1);
+    equal.insert(scan, inference, 1);
+    EXPECT_EQ(evidenceDifferenceOf(whole.grid(), equal.grid()), "");
+    size_t cells = 0;
+    whole.visitCells(inference,
+                     [&](const CellIndex& cell, const CellEstimate& estimate)
+                     {
+                       ++cells;
+                       const auto same = byState.cell(cell, inference);
+                       ASSERT_TRUE(same);
+                       ASSERT_EQ(same->state, estimate.state);
+                     });
+    EXPECT_EQ(cellsOf(byState.grid()).size(), cells);
+    if (cells == 0) continue;
+    const CellIndex changed = cellsOf(whole.grid()).front().cell;
+    for (int i = 0; i < 40; ++i) byState.addObservation(changed, true, inference);
+    EXPECT_EQ(byState.cell(changed, inference)->state, CellState::Occupied);
+    for (int i = 0; i < 90; ++i) byState.addObservation(changed, false, inference);
+    EXPECT_EQ(byState.cell(changed, inference)->state, CellState::Free);
+  }
+}
+
+// Split GPs are an approximation, but one that agrees where it matters.
+TEST(GpMap, MorePointsThanOneGpTakesAreSplitAndFused)
+{
+  Random random(5);
+  Scan scan;
+  scan.fans.resize(1);
+  RayFan& fan = scan.fans[0];
+  fan.origin_map = {0.05, 0.05, 0.05};
+  for (int i = 0; i < 3000; ++i)
+    fan.returns_map.push_back({1.25, random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4)});
+  GpInference inference;
+  inference.trainingPoints = TrainingPoints::Centroids;
+  inference.hitDownsampling = 0.0;
+  for (const bool nested : {false, true})
+  {
+    inference.nested = nested;
+    GpMap map;
+    inference.maxPoints = 50;
+    map.insert(scan, inference, 1);
+    EXPECT_EQ(map.at({1.25, 0.0, 0.0}, inference)->state, CellState::Occupied);
+    EXPECT_EQ(map.at({0.75, 0.0, 0.0}, inference)->state, CellState::Free);
+    EXPECT_FALSE(map.at({1.75, 0.0, 0.0}, inference));
+  }
+}
+
+TEST(GpMap, AnObservationOfACellIsAGpOfOnePoint)
+{
+  GpStructure structure;
+  structure.signalVariance = 2.0;
+  GpInference inference;
+  inference.noiseVariance = 0.5;
+  GpMap map(structure);
+  map.addObservation({1, 2, 3}, true, inference);
+  const auto cell = map.cell({1, 2, 3}, inference);
+  ASSERT_TRUE(cell);
+  EXPECT_NEAR(*cell->variance, 2.0 - 4.0 / 2.5, 1e-6);
+  EXPECT_NEAR(cell->evidence[1], 2.0 / 2.5, 1e-6);
+  map.addObservation({1, 2, 3}, false, inference);
+  EXPECT_EQ(map.cell({1, 2, 3}, inference)->prob, 0.5);
+  EXPECT_FALSE(map.cell({1, 2, 4}, inference));
+}
+
+TEST(GpMap, UncertainCellsAreUnknownWhereAThresholdSaysSo)
+{
+  GpMap map;
+  GpInference inference;
+  inference.noiseVariance = 0.1;
+  inference.minVariance = 1.0;
+  map.addObservation({0, 0, 0}, true, inference);
+  EXPECT_EQ(map.cell({0, 0, 0}, inference)->state, CellState::Occupied);
+  inference.thresholds.variance = 0.05;
+  EXPECT_EQ(map.cell({0, 0, 0}, inference)->state, CellState::Unknown);
+  map.addObservation({0, 0, 0}, true, inference);
+  EXPECT_EQ(map.cell({0, 0, 0}, inference)->state, CellState::Occupied);
+}
+
+TEST(GpMap, MapsOfOtherCellsAreNotMerged)
+{
+  GpStructure other;
+  other.signalVariance = 2;
+  GpMap map;
+  EXPECT_THROW(map.merge(GpMap(other), {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace lamap::test
