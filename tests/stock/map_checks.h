@@ -48,9 +48,9 @@ std::vector<Point> readPoints(const std::filesystem::path& path);
 /// Share of the points that have one of the others within a distance in the plane; 0 if there is no point.
 double shareNear(const std::vector<Point>& points, const std::vector<Point>& others, double distance_m);
 
-/** Whether a saved map and the points map of the same run show the same walls: 90 % of the occupied cells
+/** Whether a saved map and the points map of the same run show the same walls: so many of the occupied cells
  * have a point within 0.2 m and most of the points a cell. Says what it found otherwise. */
-void expectSameWalls(const SavedMap& map, const std::vector<Point>& points);
+void expectSameWalls(const SavedMap& map, const std::vector<Point>& points, double shareOnWalls = 0.9);
 
 /// The first `entries` of a log.
 void cutLog(const std::string& log, size_t entries, const std::filesystem::path& shorter);

@@ -82,14 +82,14 @@ TEST(MapPartition, DoesNotStartWithAMistypedCount)
   EXPECT_EQ(outcome.output.find("Part of the MRPT"), std::string::npos) << "map-partition has started";
 }
 
-TEST(RbpfSlam, WeighsParticlesByOurMapAlone)
+TEST_P(EachMap, WeighsTheParticlesOfRbpfSlamAlone)
 {
   SKIP_WITHOUT_PROGRAM("rbpf-slam");
   SKIP_WITHOUT_PROGRAM("icp-slam");
   SKIP_WITHOUT_DATASET(kSena);
   const fs::path folder = freshFolder();
   cutLog(*dataset(kSena), kPartOfSena, folder / "part.rawlog");
-  std::string config = readFile(configFile("rbpf-slam_bgk.ini"));
+  std::string config = readFile(configFile("rbpf-slam", GetParam()));
   const std::string section = "[MappingApplication]\n";
   config.insert(config.find(section) + section.size(), "RANDOM_SEED = 1\n");
   writeFile(folder / "seeded.ini", config);
@@ -97,7 +97,7 @@ TEST(RbpfSlam, WeighsParticlesByOurMapAlone)
   ASSERT_TRUE(outcome.succeeded()) << outcome.output;
   expectNoComplaints(outcome.output);
   const fs::path logs = folder / "LOG_RBPF-SLAM";
-  const SavedMap map = loadSavedMap(logs / "finalMap_lamap__CBGKMap_00.lamap.gz");
+  const SavedMap map = loadSavedMap(logs / ("finalMap_" + savedName(GetParam()) + ".lamap.gz"));
 
   // The same log by icp-slam's own points map.
   const Outcome icp = run({"icp-slam", configFile("icp-slam_bgk.ini"), "part.rawlog"}, folder);
