@@ -1,7 +1,8 @@
 #include <lamap_core/hilbert_nystroem.h>
 
 #include <lamap_core/legal_range.h>
-#include <lamap_core/portable_math_four.h>
+#include <lamap_core/portable_math.h>
+#include <lamap_core/wide_floats.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,11 +12,6 @@ namespace lamap
 {
 namespace
 {
-/// Points whose features are formed side by side.
-constexpr size_t kSideBySide = 8;
-using Four = Eigen::Array4f;
-using Eight = Eigen::Array<float, kSideBySide, 1>;
-
 /// In place: the lower triangle of a symmetric positive definite matrix becomes its Cholesky factor L.
 void cholesky(std::vector<double>& matrix, size_t n)
 {
@@ -81,10 +77,6 @@ void NystroemFeatures::factorize()
   requireLegal(gamma_ > 0 && std::isfinite(gamma_), "gamma", gamma_, "a finite number > 0");
   requireLegal(!inducing_.empty(), "inducing points", 0, "at least one");
   const size_t m = inducing_.size();
-  for (int axis = 0; axis < 3; ++axis)
-    for (const Eigen::Vector3d& point : inducing_)
-      fromFirst_[static_cast<size_t>(axis)].push_back(static_cast<float>(point[axis] - inducing_[0][axis]));
-  for (std::vector<float>& ofAxis : fromFirst_) ofAxis.resize(weightCount(), 0.0f);
   std::vector<double> matrix(m * m, 0.0);
   for (size_t i = 0; i < m; ++i)
     for (size_t j = 0; j <= i; ++j)
@@ -92,34 +84,25 @@ void NystroemFeatures::factorize()
           portableExp(-gamma_ * (inducing_[i] - inducing_[j]).squaredNorm()) + (i == j ? kJitter : 0.0);
   cholesky(matrix, m);
   inverse_ = invertedLower(matrix, m);
-  inverseF_.assign(inverse_.begin(), inverse_.end());
+  std::array<std::vector<float>, 3> fromFirst;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const Eigen::Vector3d& point : inducing_)
+      fromFirst[static_cast<size_t>(axis)].push_back(static_cast<float>(point[axis] - inducing_[0][axis]));
+  rows_.emplace(fromFirst, inverse_, gamma_);
 }
 
-void NystroemFeatures::kernelsOf(const HilbertTrainingSet& set, size_t i, std::vector<float>& kernels) const
+void NystroemFeatures::kernelsOf(const HilbertTrainingSet& set, size_t i, bool wide, float* kernels) const
 {
-  const size_t m = components();
-  if (!set.covariances.empty())
+  if (set.covariances.empty())
   {
-    const GaussianBlur blur(set.covariances[i], gamma_);
-    for (size_t k = 0; k < m; ++k)
-      kernels[k] = static_cast<float>(
-          blur.factor * portableExp(-gamma_ * blur.squaredDistance(set.points[i] - inducing_[k])));
+    const Eigen::Vector3f place = (set.points[i] - inducing_[0]).cast<float>();
+    rows_->kernelsOf({place.x(), place.y(), place.z()}, kernels, wide);
     return;
   }
-  const Eigen::Vector3f place = (set.points[i] - inducing_[0]).cast<float>();
-  const auto gamma = static_cast<float>(-gamma_);
-  for (size_t k = 0; k < kernels.size(); k += 4)
-  {
-    Four squares = Four::Zero();
-    for (size_t axis = 0; axis < 3; ++axis)
-    {
-      const Four d = place[static_cast<int>(axis)] - Eigen::Map<const Four>(fromFirst_[axis].data() + k);
-      const Four square = d * d;
-      squares += square;
-    }
-    const Four exponents = gamma * squares;
-    Eigen::Map<Four>{kernels.data() + k} = portableExp(exponents);
-  }
+  const GaussianBlur blur(set.covariances[i], gamma_);
+  for (size_t k = 0; k < components(); ++k)
+    kernels[k] = static_cast<float>(
+        blur.factor * portableExp(-gamma_ * blur.squaredDistance(set.points[i] - inducing_[k])));
 }
 
 void NystroemFeatures::rowsOf(const HilbertTrainingSet& set, FeatureRows& rows, const Workers& workers) const
@@ -129,49 +112,27 @@ void NystroemFeatures::rowsOf(const HilbertTrainingSet& set, FeatureRows& rows, 
   for (size_t j = 0; j <= m; ++j) used[j] = static_cast<uint32_t>(j);
   rows.reset(static_cast<int>(weightCount()), set.size(), weightCount(), std::move(used));
   rows.setBias(static_cast<uint32_t>(m));
+  const bool wide = hasAvx2();
   const auto fill = [&](size_t chunk)
   {
-    std::vector<float> kernels(weightCount());  // filled up to fours
-    std::vector<float> sideBySide(m * kSideBySide, 0.0f);
-    std::array<float*, kSideBySide> values{};
+    constexpr size_t kAtOnce = NystroemRows::kAtOnce;
+    const size_t stride = rows_->stride();
+    std::vector<float> kernels(kAtOnce * stride, 0.0f);
+    std::vector<float> features(kernels);
     const size_t end = rows.endPointOf(chunk);
-    for (size_t i = rows.firstPointOf(chunk); i < end; ++i)
+    for (size_t begin = rows.firstPointOf(chunk); begin < end; begin += kAtOnce)
     {
-      std::fill_n(rows.addRun(chunk, 0), weightCount(), 0.0f);
-      rows.endPoint(chunk);
-    }
-    for (size_t begin = rows.firstPointOf(chunk); begin < end; begin += kSideBySide)
-    {
-      const size_t count = std::min(kSideBySide, end - begin);
+      const size_t count = std::min(kAtOnce, end - begin);
+      for (size_t p = 0; p < count; ++p) kernelsOf(set, begin + p, wide, kernels.data() + p * stride);
+      rows_->featuresOf(kernels.data(), features.data(), wide);
       for (size_t p = 0; p < count; ++p)
       {
-        values[p] = rows.valuesOf(begin + p);
-        kernelsOf(set, begin + p, kernels);
-        for (size_t k = 0; k < m; ++k) sideBySide[k * kSideBySide + p] = kernels[k];
+        float* values = rows.addRun(chunk, 0);
+        std::copy_n(features.data() + p * stride, m, values);
+        std::fill(values + m, values + weightCount(), 0.0f);
+        values[m] = 1.0f;
+        rows.endPoint(chunk);
       }
-      for (size_t j = 0; j < m; j += 2)
-      {
-        // Two components at once share what is read of the points. Above its diagonal L⁻¹ is 0.
-        const bool pair = j + 1 < m;
-        const float* row = inverseF_.data() + j * m;
-        const float* next = pair ? row + m : row;
-        Eight sum = Eight::Zero();
-        Eight nextSum = Eight::Zero();
-        for (size_t k = 0; k <= (pair ? j + 1 : j); ++k)
-        {
-          const Eight points = Eigen::Map<const Eight>(sideBySide.data() + k * kSideBySide);
-          const Eight product = row[k] * points;
-          const Eight nextProduct = next[k] * points;
-          sum += product;
-          nextSum += nextProduct;
-        }
-        for (size_t p = 0; p < count; ++p)
-        {
-          values[p][j] = sum[static_cast<int>(p)];
-          if (pair) values[p][j + 1] = nextSum[static_cast<int>(p)];
-        }
-      }
-      for (size_t p = 0; p < count; ++p) values[p][m] = 1.0f;
     }
   };
   workers.forEach(rows.chunkCount(), fill);

@@ -105,11 +105,22 @@ void FeatureRows::addPoint(size_t number, const std::vector<uint32_t>& firsts, c
   endPoint(number);
 }
 
-float* FeatureRows::valuesOf(size_t point)
+const float* FeatureRows::valuesOf(size_t point) const
 {
   const size_t i = point % chunkSize_;
-  Chunk& chunk = chunks_[point / chunkSize_];
+  const Chunk& chunk = chunks_[point / chunkSize_];
   return chunk.values.data() + (i == 0 ? 0 : chunk.runEnds[i - 1]) * static_cast<size_t>(width_);
+}
+
+bool FeatureRows::dense() const
+{
+  const auto isDense = [&](const Chunk& chunk)
+  {
+    return chunk.firsts.size() == chunk.runEnds.size() &&
+           (chunk.runEnds.empty() || chunk.runEnds.front() == 1) &&
+           std::adjacent_find(chunk.runEnds.begin(), chunk.runEnds.end()) == chunk.runEnds.end();
+  };
+  return static_cast<size_t>(width_) == weights_ && std::all_of(chunks_.begin(), chunks_.end(), isDense);
 }
 
 void FeatureRows::multiply(const float* u, float* f, const Workers& workers) const

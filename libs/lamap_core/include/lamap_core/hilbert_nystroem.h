@@ -2,10 +2,12 @@
 
 #include <lamap_core/hilbert_rows.h>
 #include <lamap_core/hilbert_training.h>
+#include <lamap_core/nystroem_rows.h>
 
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace lamap
@@ -48,8 +50,8 @@ class NystroemFeatures
 
   [[nodiscard]] size_t memoryBytes() const
   {
-    return components() * (sizeof(Eigen::Vector3d) + 3 * sizeof(float)) +
-           inverse_.size() * (sizeof(double) + sizeof(float));
+    return components() * sizeof(Eigen::Vector3d) + inverse_.size() * sizeof(double) +
+           (rows_ ? rows_->memoryBytes() : 0);
   }
   [[nodiscard]] size_t components() const { return inducing_.size(); }
   [[nodiscard]] double gamma() const { return gamma_; }
@@ -80,13 +82,12 @@ class NystroemFeatures
 
  private:
   void factorize();
-  void kernelsOf(const HilbertTrainingSet& set, size_t point, std::vector<float>& kernels) const;
+  void kernelsOf(const HilbertTrainingSet& set, size_t point, bool wide, float* kernels) const;
 
   double gamma_ = 1;
   std::vector<Eigen::Vector3d> inducing_;
-  std::array<std::vector<float>, 3> fromFirst_;  ///< inducing points less the first one, by axis [m]
-  std::vector<double> inverse_;  ///< L⁻¹, lower triangle by rows, each of components() numbers
-  std::vector<float> inverseF_;
+  std::vector<double> inverse_;       ///< L⁻¹, lower triangle by rows, each of components() numbers
+  std::optional<NystroemRows> rows_;  ///< of positions less the first inducing point's
 };
 
 }  // namespace lamap

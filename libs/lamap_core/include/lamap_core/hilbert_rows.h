@@ -51,7 +51,9 @@ class FeatureRows
   /// Adds all runs of a point and ends it. @param values `width` for each of firsts
   void addPoint(size_t chunk, const std::vector<uint32_t>& firsts, const float* values);
   /// The values of a point that has one run.
-  [[nodiscard]] float* valuesOf(size_t point);
+  [[nodiscard]] const float* valuesOf(size_t point) const;
+  /// Whether each point has one run, of all weights.
+  [[nodiscard]] bool dense() const;
 
   /// f = F·u. @param u weights() numbers; @param f points() numbers
   void multiply(const float* u, float* f, const Workers& workers) const;
