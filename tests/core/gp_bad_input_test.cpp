@@ -20,7 +20,7 @@ const double kInf = std::numeric_limits<double>::infinity();
 size_t expectFinite(const GpMap& map, const GpInference& inference)
 {
   size_t cells = 0;
-  map.visitCells(inference,
+  map.visitCells(inference.thresholds,
                  [&](const CellIndex&, const CellEstimate& estimate)
                  {
                    ++cells;
@@ -104,7 +104,6 @@ TEST(GpMap, ScansThatMatricesDoNotLikeGiveFiniteMaps)
             inference.nested = nested;
             inference.trainingPoints = points;
             inference.freeSpace = freeSpace;
-            inference.noiseVariance = noise;
             inference.hitDownsampling = 0.0;
             inference.freeResolution = 0.05;
             inference.protectHits = 0;
@@ -112,6 +111,7 @@ TEST(GpMap, ScansThatMatricesDoNotLikeGiveFiniteMaps)
             {
               GpStructure structure;
               structure.fusion = fusion;
+              structure.noiseVariance = noise;
               GpMap map(structure);
               map.insert(scan, inference, 1);
               EXPECT_GT(expectFinite(map, inference), 0u);
@@ -125,8 +125,9 @@ TEST(GpMap, OneClassOnlyIsNeverTurnedIntoTheOther)
   inference.freeSpace = GpFreeSpace::None;
   GpMap hits;
   hits.insert(scanOf({{0.82, 0.31, 0.07}, {0.75, 0.42, 0.11}}), inference, 1);
-  hits.visitCells(inference, [](const CellIndex&, const CellEstimate& cell) { EXPECT_GT(cell.prob, 0.5); });
-  EXPECT_EQ(hits.at({0.82, 0.31, 0.07}, inference)->state, CellState::Occupied);
+  hits.visitCells(inference.thresholds,
+                  [](const CellIndex&, const CellEstimate& cell) { EXPECT_GT(cell.prob, 0.5); });
+  EXPECT_EQ(hits.at({0.82, 0.31, 0.07}, inference.thresholds)->state, CellState::Occupied);
 
   Scan scan = scanOf({});
   scan.fans[0].noReturnDirections_map = {{1, 0, 0}, {0, 1, 0.2}};
@@ -149,13 +150,14 @@ TEST(GpMap, AScanWithoutAUsableRayChangesNothing)
 TEST(GpMap, SumsThatWouldOverflowAreRefused)
 {
   GpInference inference;
-  inference.noiseVariance = 1e-6;
-  GpMap map;
-  map.addObservation({0, 0, 0}, true, inference);
+  GpStructure structure;
+  structure.noiseVariance = 1e-6;
+  GpMap map(structure);
+  map.addObservation({0, 0, 0}, true, {});
   const auto doubleIt = [&]
   {
     const GpMap same = map;
-    map.merge(same, inference);
+    map.merge(same, {});
   };
   for (int i = 0; i < 20; ++i) doubleIt();
   EXPECT_THROW(for (int i = 0; i < 10; ++i) doubleIt(), std::overflow_error);
@@ -181,20 +183,20 @@ TEST(GpOptions, IllegalOnesAreNamed)
   expectRefusal("kernelSupport", [](GpInference& i) { i.kernelSupport = 0; });
   expectRefusal("kernelSupport", [](GpInference& i) { i.kernelSupport = 7.0; });
   expectRefusal("lengthScale", [](GpInference& i) { i.lengthScale = kNan; });
-  expectRefusal("noiseVariance", [](GpInference& i) { i.noiseVariance = 0; });
   expectRefusal("maxPoints", [](GpInference& i) { i.maxPoints = 0; });
   expectRefusal("maxPoints", [](GpInference& i) { i.maxPoints = 5000; });
-  expectRefusal("squashGain", [](GpInference& i) { i.squashGain = -1; });
-  expectRefusal("minVariance", [](GpInference& i) { i.minVariance = 0; });
   expectRefusal("freeResolution", [](GpInference& i) { i.freeResolution = 0; });
   expectRefusal("maxRange", [](GpInference& i) { i.minRange = i.maxRange = 1; });
   expectRefusal("occupiedThreshold", [](GpInference& i) { i.thresholds.occupied = 0.2; });
-  GpStructure structure;
-  structure.signalVariance = 0;
-  EXPECT_THROW(GpMap{structure}, std::invalid_argument);
-  structure = {};
-  structure.blockDepth = 7;
-  EXPECT_THROW(GpMap{structure}, std::invalid_argument);
+  for (const auto& change :
+       {+[](GpStructure& s) { s.signalVariance = 0; }, +[](GpStructure& s) { s.noiseVariance = 0; },
+        +[](GpStructure& s) { s.squashGain = -1; }, +[](GpStructure& s) { s.minVariance = 0; },
+        +[](GpStructure& s) { s.blockDepth = 7; }})
+  {
+    GpStructure structure;
+    change(structure);
+    EXPECT_THROW(GpMap{structure}, std::invalid_argument);
+  }
 }
 
 TEST(GpOptions, PresetsAreLegal)

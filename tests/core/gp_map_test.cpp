@@ -39,7 +39,7 @@ TEST(GpMapProperty, OrderBatchingAndMergingDoNotMatter)
       random.shuffle(scans);
       GpMap first(structure), second(structure);
       for (size_t i = 0; i < scans.size(); ++i) (i < 2 ? first : second).insert(scans[i], inference, 1);
-      first.merge(second, inference);
+      first.merge(second, {});
       ASSERT_EQ(differenceOf(reference.grid(), first.grid()), "");
     }
   }
@@ -64,9 +64,9 @@ TEST(GpMapProperty, EqualScansMultiplyTheEvidence)
     const uint64_t scans = 10'000'000;
     for (uint64_t rest = scans; rest > 0; rest >>= 1)
     {
-      if (rest & 1) station.merge(power, inference);
+      if (rest & 1) station.merge(power, {});
       const GpMap same = power;
-      power.merge(same, inference);
+      power.merge(same, {});
     }
     const std::vector<CellEvidence> cells = cellsOf(one.grid());
     ASSERT_EQ(cellsOf(many.grid()).size(), cells.size());
@@ -81,9 +81,9 @@ TEST(GpMapProperty, EqualScansMultiplyTheEvidence)
       expectTimes(many, n);
       expectTimes(station, static_cast<int64_t>(scans));
       const int64_t weighted = *decodedSum(cell.evidence.free);
-      const double prob = station.cell(cell.cell, inference)->prob;
+      const double prob = station.cell(cell.cell, inference.thresholds)->prob;
       const double logodds =
-          inference.squash() * static_cast<double>(weighted) * kEvidenceUnit * static_cast<double>(scans);
+          structure.squash() * static_cast<double>(weighted) * kEvidenceUnit * static_cast<double>(scans);
       EXPECT_NEAR(prob, 1 / (1 + std::exp(-logodds)), 1e-9);
       if (weighted == 0)
       {
@@ -123,7 +123,7 @@ TEST(GpMapProperty, CellsBeyondTheSupportOfAllDataHoldNothing)
               if (end.allFinite() && fan.origin_map.allFinite() && end != fan.origin_map)
                 nearest = std::min(nearest, (end - centre).norm());
           if (std::abs(nearest - support) < 1e-9) continue;
-          ASSERT_EQ(map.cell({x, y, z}, inference).has_value(), nearest < support);
+          ASSERT_EQ(map.cell({x, y, z}, inference.thresholds).has_value(), nearest < support);
         }
   }
 }
@@ -180,21 +180,21 @@ TEST(GpMapProperty, PruningChangesNoStateAndSplitsAgain)
     equal.insert(scan, inference, 1);
     EXPECT_EQ(evidenceDifferenceOf(whole.grid(), equal.grid()), "");
     size_t cells = 0;
-    whole.visitCells(inference,
+    whole.visitCells(inference.thresholds,
                      [&](const CellIndex& cell, const CellEstimate& estimate)
                      {
                        ++cells;
-                       const auto same = byState.cell(cell, inference);
+                       const auto same = byState.cell(cell, inference.thresholds);
                        ASSERT_TRUE(same);
                        ASSERT_EQ(same->state, estimate.state);
                      });
     EXPECT_EQ(cellsOf(byState.grid()).size(), cells);
     if (cells == 0) continue;
     const CellIndex changed = cellsOf(whole.grid()).front().cell;
-    for (int i = 0; i < 40; ++i) byState.addObservation(changed, true, inference);
-    EXPECT_EQ(byState.cell(changed, inference)->state, CellState::Occupied);
-    for (int i = 0; i < 90; ++i) byState.addObservation(changed, false, inference);
-    EXPECT_EQ(byState.cell(changed, inference)->state, CellState::Free);
+    for (int i = 0; i < 40; ++i) byState.addObservation(changed, true, {});
+    EXPECT_EQ(byState.cell(changed, inference.thresholds)->state, CellState::Occupied);
+    for (int i = 0; i < 90; ++i) byState.addObservation(changed, false, {});
+    EXPECT_EQ(byState.cell(changed, inference.thresholds)->state, CellState::Free);
   }
 }
 
@@ -217,9 +217,9 @@ TEST(GpMap, MorePointsThanOneGpTakesAreSplitAndFused)
     GpMap map;
     inference.maxPoints = 50;
     map.insert(scan, inference, 1);
-    EXPECT_EQ(map.at({1.25, 0.0, 0.0}, inference)->state, CellState::Occupied);
-    EXPECT_EQ(map.at({0.75, 0.0, 0.0}, inference)->state, CellState::Free);
-    EXPECT_FALSE(map.at({1.75, 0.0, 0.0}, inference));
+    EXPECT_EQ(map.at({1.25, 0.0, 0.0}, inference.thresholds)->state, CellState::Occupied);
+    EXPECT_EQ(map.at({0.75, 0.0, 0.0}, inference.thresholds)->state, CellState::Free);
+    EXPECT_FALSE(map.at({1.75, 0.0, 0.0}, inference.thresholds));
   }
 }
 
@@ -228,30 +228,31 @@ TEST(GpMap, AnObservationOfACellIsAGpOfOnePoint)
   GpStructure structure;
   structure.signalVariance = 2.0;
   GpInference inference;
-  inference.noiseVariance = 0.5;
+  structure.noiseVariance = 0.5;
   GpMap map(structure);
-  map.addObservation({1, 2, 3}, true, inference);
-  const auto cell = map.cell({1, 2, 3}, inference);
+  map.addObservation({1, 2, 3}, true, {});
+  const auto cell = map.cell({1, 2, 3}, inference.thresholds);
   ASSERT_TRUE(cell);
   EXPECT_NEAR(*cell->variance, 2.0 - 4.0 / 2.5, 1e-6);
   EXPECT_NEAR(cell->evidence[1], 2.0 / 2.5, 1e-6);
-  map.addObservation({1, 2, 3}, false, inference);
-  EXPECT_EQ(map.cell({1, 2, 3}, inference)->prob, 0.5);
-  EXPECT_FALSE(map.cell({1, 2, 4}, inference));
+  map.addObservation({1, 2, 3}, false, {});
+  EXPECT_EQ(map.cell({1, 2, 3}, inference.thresholds)->prob, 0.5);
+  EXPECT_FALSE(map.cell({1, 2, 4}, inference.thresholds));
 }
 
 TEST(GpMap, UncertainCellsAreUnknownWhereAThresholdSaysSo)
 {
-  GpMap map;
+  GpStructure structure;
+  structure.noiseVariance = 0.1;
+  structure.minVariance = 1.0;
+  GpMap map(structure);
   GpInference inference;
-  inference.noiseVariance = 0.1;
-  inference.minVariance = 1.0;
-  map.addObservation({0, 0, 0}, true, inference);
-  EXPECT_EQ(map.cell({0, 0, 0}, inference)->state, CellState::Occupied);
+  map.addObservation({0, 0, 0}, true, {});
+  EXPECT_EQ(map.cell({0, 0, 0}, inference.thresholds)->state, CellState::Occupied);
   inference.thresholds.variance = 0.05;
-  EXPECT_EQ(map.cell({0, 0, 0}, inference)->state, CellState::Unknown);
-  map.addObservation({0, 0, 0}, true, inference);
-  EXPECT_EQ(map.cell({0, 0, 0}, inference)->state, CellState::Occupied);
+  EXPECT_EQ(map.cell({0, 0, 0}, inference.thresholds)->state, CellState::Unknown);
+  map.addObservation({0, 0, 0}, true, {});
+  EXPECT_EQ(map.cell({0, 0, 0}, inference.thresholds)->state, CellState::Occupied);
 }
 
 TEST(GpMap, MapsOfOtherCellsAreNotMerged)

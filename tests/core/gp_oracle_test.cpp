@@ -67,7 +67,7 @@ TEST(GpMapProperty, OneBlockForAllIsThePlainGp)
       if (map.insert(scans.back(), inference, 1).used() == 0) continue;
       const OraclePoints points = gpTrainingSetOf(scans.back(), structure, inference);
       if (points.labels.empty()) continue;
-      gps.emplace_back(points, inference.lengthScale, structure.signalVariance, inference.noiseVariance);
+      gps.emplace_back(points, inference.lengthScale, structure.signalVariance, structure.noiseVariance);
     }
     ASSERT_FALSE(gps.empty());
     const auto k = static_cast<double>(gps.size());
@@ -84,9 +84,9 @@ TEST(GpMapProperty, OneBlockForAllIsThePlainGp)
       }
       const double variance = static_cast<double>(1 / precision);
       const double mean = static_cast<double>(weighted / precision);
-      const double least = inference.minVariance.value_or(inference.noiseVariance);
-      const double prob = 1 / (1 + std::exp(-inference.squashGain * least * mean / variance));
-      const auto estimate = map.cell(cell, inference);
+      const double least = structure.resolvedMinVariance();
+      const double prob = 1 / (1 + std::exp(-structure.squashGain * least * mean / variance));
+      const auto estimate = map.cell(cell, inference.thresholds);
       ASSERT_TRUE(estimate);
       // Each scan's sums are rounded to 2^-20.
       const double tolerance = 1e-6 * k * std::max(1.0, variance * variance);
@@ -113,7 +113,7 @@ TEST(GpMapProperty, CommitteesOfSinglePointsAddUp)
     map.insert(scan, inference, 1);
     const GpInference resolved = inference.resolved(structure.resolution);
     const OraclePoints points = gpTrainingSetOf(scan, structure, inference);
-    map.visitCells(inference,
+    map.visitCells(inference.thresholds,
                    [&](const CellIndex& cell, const CellEstimate& estimate)
                    {
                      const Eigen::Vector3d centre = cellCentre(cell, structure.resolution);
@@ -126,9 +126,9 @@ TEST(GpMapProperty, CommitteesOfSinglePointsAddUp)
                        if (distance >= *resolved.kernelSupport) continue;
                        const auto k = static_cast<double>(
                            oracleMatern(static_cast<long double>(distance), inference.lengthScale, f));
-                       const double variance = f - k * k / (f + inference.noiseVariance);
+                       const double variance = f - k * k / (f + structure.noiseVariance);
                        precision += 1 / variance - 1 / f;
-                       weighted += k * points.labels[i] / (f + inference.noiseVariance) / variance;
+                       weighted += k * points.labels[i] / (f + structure.noiseVariance) / variance;
                      }
                      ASSERT_NEAR(estimate.evidence[0], precision, 2e-6);
                      ASSERT_NEAR(estimate.evidence[1] * precision, weighted, 1e-4);
@@ -157,13 +157,13 @@ TEST(GpMapProperty, LogoddsOfScansAddUpToTheCommittees)
       bayes.insert(scan, inference, 1);
     }
     size_t cells = 0;
-    bcm.visitCells(inference,
+    bcm.visitCells(inference.thresholds,
                    [&](const CellIndex& cell, const CellEstimate& estimate)
                    {
                      ++cells;
-                     const auto same = bayes.cell(cell, inference);
+                     const auto same = bayes.cell(cell, inference.thresholds);
                      ASSERT_TRUE(same);
-                     ASSERT_NEAR(same->prob, estimate.prob, 1e-5 * (1 + inference.squash()));
+                     ASSERT_NEAR(same->prob, estimate.prob, 1e-5 * (1 + structure.squash()));
                      ASSERT_FALSE(same->variance);
                    });
     EXPECT_GT(cells, 0u);

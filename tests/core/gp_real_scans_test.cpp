@@ -42,7 +42,7 @@ TEST(StructuredLongTerm, CommitteesGoOnGrowingWhereBgkSettles)
         return [&counts](const CellIndex&, const CellEstimate& cell)
         { counts.back() += cell.state == CellState::Occupied ? 1 : 0; };
       };
-      gp.visitCells(inference, count(ofGp));
+      gp.visitCells(inference.thresholds, count(ofGp));
       bgk.visitCells(bgkInference.thresholds, count(ofBgk));
     }
     for (size_t i = 0; i < 4; ++i)

@@ -1,6 +1,7 @@
 // What doc/options.md says of each option is what the program does.
 #include <gtest/gtest.h>
 #include <lamap_mrpt/CBGKMap.h>
+#include <lamap_mrpt/CGPMap.h>
 #include <lamap_mrpt/CHilbertMap.h>
 #include <lamap_mrpt/COverlappingHilbertMap.h>
 
@@ -117,6 +118,7 @@ void expectDocumented(const lamap::CLearnedMap& map)
 TEST(Documentation, NamesEveryOptionWithItsDefault)
 {
   expectDocumented(lamap::CBGKMap());
+  expectDocumented(lamap::CGPMap());
   expectDocumented(lamap::CHilbertMap());
   expectDocumented(lamap::COverlappingHilbertMap());
 }

@@ -1,6 +1,6 @@
 #!/bin/bash
 # localize_often.sh LAMAP [RUNS [KIND]]: runs stock pf-localization with our map alone, 5 times if not said otherwise.
-# KIND is bgk (without it), hilbert or overlapping: share/pf-localization_KIND.ini. Each run draws other particles.
+# KIND is bgk (without it), gp, hilbert or overlapping: share/pf-localization_KIND.ini. Each run draws other particles.
 # Counts those that end within 0.3 m of where the robot is; fails below 4 of 5.
 set -euo pipefail
 lamap=$(realpath "$1")

@@ -35,6 +35,7 @@ void saveLog(const CRawlog& log, const std::filesystem::path& path)
 const std::vector<MapKind>& mapKinds()
 {
   static const std::vector<MapKind> kinds{{"bgk", "lamap::CBGKMap"},
+                                          {"gp", "lamap::CGPMap"},
                                           {"hilbert", "lamap::CHilbertMap"},
                                           {"overlapping", "lamap::COverlappingHilbertMap"}};
   return kinds;

@@ -187,7 +187,7 @@ std::map<Cell, GpSums> gpSumsOf(const Scan& scan, const GpStructure& structure, 
 
   std::map<Cell, GpSums> sums;
   const auto gpOf = [&](const OraclePoints& points)
-  { return OracleGp(points, resolved.lengthScale, structure.signalVariance, resolved.noiseVariance); };
+  { return OracleGp(points, resolved.lengthScale, structure.signalVariance, structure.noiseVariance); };
   for (const auto& [block, own] : blocks)
   {
     Cell first;

@@ -15,6 +15,9 @@ inline GpStructure randomGpStructure(Random& random)
   structure.planarHeight = 0.03;
   structure.pruning = random.pick<Pruning>({Pruning::None, Pruning::Lossless});
   structure.signalVariance = random.pick<double>({1.0, 0.5, 2.0});
+  structure.noiseVariance = random.pick<double>({0.01, 0.1, 0.5});
+  if (random.chance(0.5)) structure.minVariance = random.uniform(0.001, 0.1);
+  structure.squashGain = random.pick<double>({1.0, 10.0, 30.0});
   return structure;
 }
 
@@ -32,9 +35,6 @@ inline GpInference randomGpInference(Random& random, double resolution_m)
   inference.protectHits = static_cast<uint32_t>(random.integer(0, 3));
   if (random.chance(0.6)) inference.kernelSupport = random.uniform(0.4, 3.5) * resolution_m;
   inference.lengthScale = random.uniform(0.5, 12) * resolution_m;
-  inference.noiseVariance = random.pick<double>({0.01, 0.1, 0.5});
-  if (random.chance(0.5)) inference.minVariance = random.uniform(0.001, 0.1);
-  inference.squashGain = random.pick<double>({1.0, 10.0, 30.0});
   if (random.chance(0.3)) inference.rayDecimation = static_cast<uint32_t>(random.integer(2, 3));
   if (random.chance(0.3)) inference.minRange = random.uniform(0, 2) * resolution_m;
   if (random.chance(0.5)) inference.maxRange = random.uniform(3, 9) * resolution_m;

@@ -30,6 +30,7 @@ GpMap::GpMap(const GpStructure& structure)
       planarLayer_(static_cast<int32_t>(std::floor(structure.planarHeight / structure.resolution))),
       grid_(shapeOf(structure))
 {
+  structure_.minVariance = structure.resolvedMinVariance();
 }
 
 GpMap::GpMap(const GpMap& other)
@@ -47,12 +48,12 @@ GpMap::GpMap(GpMap&&) noexcept = default;
 GpMap& GpMap::operator=(GpMap&&) noexcept = default;
 GpMap::~GpMap() = default;
 
-OctantRule GpMap::ruleFor(const GpInference& inference) const
+OctantRule GpMap::ruleFor(const StateThresholds& thresholds) const
 {
   if (structure_.pruning == Pruning::None) return {};
   if (structure_.pruning == Pruning::Lossless) return {Pruning::Lossless, mergeEqual};
   const auto merger =
-      [this, inference](const DenseBlock& dense, uint32_t first, uint32_t count, Evidence& merged)
+      [this, thresholds](const DenseBlock& dense, uint32_t first, uint32_t count, Evidence& merged)
   {
     const auto setMean = [&](Evidence& mean)
     {
@@ -61,7 +62,7 @@ OctantRule GpMap::ruleFor(const GpInference& inference) const
     };
     return mergeSameState(dense, first, count, merged, setMean,
                           [&](uint32_t /*offset*/, const Evidence& evidence)
-                          { return estimate(evidence, inference).state; });
+                          { return estimate(evidence, thresholds).state; });
   };
   return {Pruning::State, merger};
 }
@@ -71,19 +72,19 @@ RayCounts GpMap::insert(const Scan& scan, const GpInference& inference, unsigned
   inference.validate(structure_.resolution);
   if (!inference_) inference_ = std::make_unique<GpScanInference>();
   const GpInference resolved = inference.resolved(structure_.resolution);
-  const OctantRule rule = ruleFor(resolved);
+  const OctantRule rule = ruleFor(resolved.thresholds);
   return inference_->addScan(
       scan, resolved, structure_, planarLayer_, threads, [&](const BlockIndex&) { return rule; }, grid_);
 }
 
-void GpMap::merge(const GpMap& other, const GpInference& inference)
+void GpMap::merge(const GpMap& other, const StateThresholds& thresholds)
 {
   GpStructure theirs = other.structure_;
   theirs.pruning = structure_.pruning;
   if (!(theirs == structure_))
     throw std::invalid_argument("the other map was made with other creation options than this one");
   const BlockShape& shape = grid_.shape();
-  const OctantRule rule = ruleFor(inference);
+  const OctantRule rule = ruleFor(thresholds);
   DenseBlock added(shape);
   SignedAdder adder(shape);
   for (const BlockIndex& index : other.grid_.sortedBlocks())
@@ -96,7 +97,7 @@ void GpMap::merge(const GpMap& other, const GpInference& inference)
   }
 }
 
-CellEstimate GpMap::estimate(const Evidence& evidence, const GpInference& inference) const
+CellEstimate GpMap::estimate(const Evidence& evidence, const StateThresholds& thresholds) const
 {
   CellEstimate cell;
   if (structure_.fusion == GpFusion::Bayes)
@@ -104,36 +105,36 @@ CellEstimate GpMap::estimate(const Evidence& evidence, const GpInference& infere
     const double logodds = sumOf(evidence.free);
     cell.prob = logistic(logodds);
     cell.evidence = {logodds, 0.0};
-    cell.state = stateOf(cell.prob, inference.thresholds);
+    cell.state = stateOf(cell.prob, thresholds);
     return cell;
   }
   const double precision = 1.0 / structure_.signalVariance + std::max(sumOf(evidence.occupied), 0.0);
   const double weighted = sumOf(evidence.free);
-  cell.variance = 1.0 / precision;                      // Eq. (2.29)
-  cell.evidence = {precision, weighted / precision};    // Eq. (2.28)
-  cell.prob = logistic(inference.squash() * weighted);  // Eq. (2.25): ω is σ²_min·mean/variance
-  const double threshold = inference.thresholds.variance;
-  if (!(threshold > 0) || *cell.variance < threshold) cell.state = stateOf(cell.prob, inference.thresholds);
+  cell.variance = 1.0 / precision;                       // Eq. (2.29)
+  cell.evidence = {precision, weighted / precision};     // Eq. (2.28)
+  cell.prob = logistic(structure_.squash() * weighted);  // Eq. (2.25): ω is σ²_min·mean/variance
+  if (!(thresholds.variance > 0) || *cell.variance < thresholds.variance)
+    cell.state = stateOf(cell.prob, thresholds);
   return cell;
 }
 
-std::optional<CellEstimate> GpMap::cell(const CellIndex& index, const GpInference& inference) const
+std::optional<CellEstimate> GpMap::cell(const CellIndex& index, const StateThresholds& thresholds) const
 {
   if (structure_.planar && index.z != planarLayer_) return std::nullopt;
   const Evidence evidence = grid_.evidence(index);
   if (!evidence.any()) return std::nullopt;
-  return estimate(evidence, inference);
+  return estimate(evidence, thresholds);
 }
 
-std::optional<CellEstimate> GpMap::at(const Eigen::Vector3d& point_m, const GpInference& inference) const
+std::optional<CellEstimate> GpMap::at(const Eigen::Vector3d& point_m, const StateThresholds& thresholds) const
 {
   auto index = cellAt(point_m, structure_.resolution);
   if (!index) return std::nullopt;
   if (structure_.planar) index->z = planarLayer_;
-  return cell(*index, inference);
+  return cell(*index, thresholds);
 }
 
-void GpMap::visitCells(const GpInference& inference, const CellVisitor& visitor) const
+void GpMap::visitCells(const StateThresholds& thresholds, const CellVisitor& visitor) const
 {
   const BlockShape& shape = grid_.shape();
   for (const BlockIndex& index : grid_.sortedBlocks())
@@ -143,7 +144,7 @@ void GpMap::visitCells(const GpInference& inference, const CellVisitor& visitor)
         shape,
         [&](uint32_t begin, uint32_t count, const Evidence& evidence)
         {
-          const CellEstimate leaf = estimate(evidence, inference);
+          const CellEstimate leaf = estimate(evidence, thresholds);
           for (uint32_t offset = begin; offset < begin + count; ++offset)
           {
             const CellIndex local = shape.localOf(offset);
@@ -153,20 +154,20 @@ void GpMap::visitCells(const GpInference& inference, const CellVisitor& visitor)
   }
 }
 
-void GpMap::addObservation(const CellIndex& index, bool occupied, const GpInference& inference)
+void GpMap::addObservation(const CellIndex& index, bool occupied, const StateThresholds& thresholds)
 {
   CellIndex cell = index;
   if (structure_.planar) cell.z = planarLayer_;
   // Variance σ_f²·σ_n²/(σ_f² + σ_n²) and mean ±σ_f²/(σ_f² + σ_n²).
-  const double precision = 1.0 / inference.noiseVariance;
+  const double precision = 1.0 / structure_.noiseVariance;
   const double weighted = occupied ? precision : -precision;
   const auto units = [](double sum) { return static_cast<int64_t>(std::floor(sum / kEvidenceUnit + 0.5)); };
   SignedAdder adder(grid_.shape());
   const Evidence evidence = structure_.fusion == GpFusion::Bcm
                                 ? Evidence{encodedSum(units(precision)), encodedSum(units(weighted))}
-                                : Evidence{0, encodedSum(units(inference.squash() * weighted))};
+                                : Evidence{0, encodedSum(units(structure_.squash() * weighted))};
   adder.set(grid_.shape().offsetOf(cell), evidence);
-  adder.addTo(grid_.findOrCreate(grid_.blockOf(cell)), ruleFor(inference));
+  adder.addTo(grid_.findOrCreate(grid_.blockOf(cell)), ruleFor(thresholds));
 }
 
 }  // namespace lamap

@@ -11,16 +11,15 @@ namespace
 {
 auto fieldsOf(const GpStructure& s)
 {
-  return std::tie(s.resolution, s.blockDepth, s.pruning, s.planar, s.planarHeight, s.fusion,
-                  s.signalVariance);
+  return std::tie(s.resolution, s.blockDepth, s.pruning, s.planar, s.planarHeight, s.fusion, s.signalVariance,
+                  s.noiseVariance, s.squashGain, s.minVariance);
 }
 
 auto fieldsOf(const GpInference& i)
 {
   return std::tie(i.nested, i.freeSpace, i.trainingPoints, i.freeResolution, i.freeMargin, i.freeDownsampling,
-                  i.hitDownsampling, i.protectHits, i.kernelSupport, i.lengthScale, i.noiseVariance,
-                  i.maxPoints, i.squashGain, i.minVariance, i.minRange, i.maxRange,
-                  i.considerInvalidRangesAsFreeSpace, i.rayDecimation, i.thresholds.free,
+                  i.hitDownsampling, i.protectHits, i.kernelSupport, i.lengthScale, i.maxPoints, i.minRange,
+                  i.maxRange, i.considerInvalidRangesAsFreeSpace, i.rayDecimation, i.thresholds.free,
                   i.thresholds.occupied, i.thresholds.variance);
 }
 }  // namespace
@@ -34,6 +33,11 @@ void GpStructure::validate() const
                "a finite height [m] within 1e9 cells");
   requireLegal(signalVariance >= 1e-3 && signalVariance <= 1e3, "signalVariance", signalVariance,
                "a number from 0.001 to 1000");
+  requireLegal(noiseVariance >= 1e-6 && noiseVariance <= 1e3, "noiseVariance", noiseVariance,
+               "a number from 1e-06 to 1000");
+  requireLegal(squashGain > 0 && squashGain <= 1e6, "squashGain", squashGain, "a number > 0, at most 1e6");
+  requireLegal(resolvedMinVariance() > 0 && resolvedMinVariance() <= 1e3, "minVariance",
+               resolvedMinVariance(), "a number > 0, at most 1000");
 }
 
 GpInference GpInference::resolved(double resolution_m) const
@@ -43,7 +47,6 @@ GpInference GpInference::resolved(double resolution_m) const
   filled.freeMargin = freeMargin.value_or(resolution_m);
   filled.hitDownsampling = hitDownsampling.value_or(resolution_m);
   filled.kernelSupport = kernelSupport.value_or(3.0 * resolution_m);
-  filled.minVariance = minVariance.value_or(noiseVariance);
   return filled;
 }
 
@@ -76,12 +79,7 @@ void GpInference::validate(double resolution_m) const
                "kernelSupport", *filled.kernelSupport, "a length [m] > 0, at most 64 times the resolution");
   requireLegal(lengthScale >= 1e-2 * resolution_m && lengthScale <= 1e6, "lengthScale", lengthScale,
                "a length [m] of at least 1/100 of the resolution");
-  requireLegal(noiseVariance >= 1e-6 && noiseVariance <= 1e3, "noiseVariance", noiseVariance,
-               "a number from 1e-06 to 1000");
   requireLegal(maxPoints >= 1 && maxPoints <= 4096, "maxPoints", maxPoints, "a whole number from 1 to 4096");
-  requireLegal(squashGain > 0 && squashGain <= 1e6, "squashGain", squashGain, "a number > 0, at most 1e6");
-  requireLegal(*filled.minVariance > 0 && *filled.minVariance <= 1e3, "minVariance", *filled.minVariance,
-               "a number > 0, at most 1000");
   requireLegal(minRange >= 0 && std::isfinite(minRange), "minRange", minRange, "a finite number >= 0");
   requireLegal(maxRange >= 0 && std::isfinite(maxRange), "maxRange", maxRange, "a finite number >= 0");
   requireLegal(maxRange == 0 || maxRange > minRange, "maxRange", maxRange, "0, or more than minRange");
@@ -107,6 +105,9 @@ GpOptions presetOptions(GpPreset preset)
   options.structure.blockDepth = 3;
   options.structure.pruning = preset == GpPreset::Thesis ? Pruning::State : Pruning::None;
   options.structure.signalVariance = 1.0;
+  options.structure.noiseVariance = 0.01;
+  options.structure.squashGain = 100.0;
+  options.structure.minVariance = 0.001;
   GpInference& inference = options.inference;
   inference.nested = true;
   inference.trainingPoints = TrainingPoints::Centroids;
@@ -117,9 +118,6 @@ GpOptions presetOptions(GpPreset preset)
   inference.protectHits = 0;
   inference.kernelSupport = 0.4;  // a block of 4 cells of 0.1 m and its neighbours
   inference.lengthScale = 1.0;
-  inference.noiseVariance = 0.01;
-  inference.squashGain = 100.0;
-  inference.minVariance = 0.001;
   inference.considerInvalidRangesAsFreeSpace = false;
   inference.thresholds.variance = 0.02;
   return options;

@@ -350,7 +350,7 @@ void GpScanInference::Implementation::trainExperts(tbb::enumerable_thread_specif
                     [&](size_t i)
                     {
                       experts_[i].train(points_.data() + parts_[i].first, parts_[i].second,
-                                        covariance_->covariance, inference_.noiseVariance,
+                                        covariance_->covariance, structure_.noiseVariance,
                                         workers.local().scratch);
                     });
 }
@@ -392,7 +392,7 @@ void GpScanInference::Implementation::inferBlock(size_t target, Worker& worker, 
     splitPoints(worker.points.data(), worker.points.size(), inference_.maxPoints,
                 [&](const GpPoint* part, size_t count)
                 {
-                  worker.expert.train(part, count, covariance_->covariance, inference_.noiseVariance,
+                  worker.expert.train(part, count, covariance_->covariance, structure_.noiseVariance,
                                       worker.scratch);
                   addExpert(worker.expert, first, shape, worker);
                 });
@@ -480,7 +480,7 @@ void GpScanInference::Implementation::setEvidence(Worker& worker) const
         worker.adder.set(offset,
                          {encodedSum(std::max<int64_t>(units(precision), 0)), encodedSum(units(weighted))});
       else
-        worker.adder.set(offset, {0, encodedSum(units(inference_.squash() * weighted))});  // Eq. (2.25)
+        worker.adder.set(offset, {0, encodedSum(units(structure_.squash() * weighted))});  // Eq. (2.25)
     }
   }
 }

@@ -49,7 +49,7 @@ class GpMap
 
   /** Adds all evidence of another map, as if its scans had been inserted here.
    * @throws std::invalid_argument if its structure (pruning apart) differs. */
-  void merge(const GpMap& other, const GpInference& inference);
+  void merge(const GpMap& other, const StateThresholds& thresholds);
 
   /// Forgets all evidence; the structure stays.
   void clear() { grid_.clear(); }
@@ -59,20 +59,20 @@ class GpMap
    *
    * `prob` is eq. (2.25). With GpFusion::Bcm `variance` is that of f, eq. (2.29), and `evidence` holds its
    * inverse and the mean of f, eq. (2.28); with GpFusion::Bayes there is no variance, and `evidence` holds
-   * the log-odds.
-   * @param inference its thresholds, and with GpFusion::Bcm how means are squashed; others are not read */
-  [[nodiscard]] std::optional<CellEstimate> cell(const CellIndex& index, const GpInference& inference) const;
+   * the log-odds. */
+  [[nodiscard]] std::optional<CellEstimate> cell(const CellIndex& index,
+                                                 const StateThresholds& thresholds) const;
   /// The same for the cell at a point [m]. In a planar map the height of the point does not matter.
   [[nodiscard]] std::optional<CellEstimate> at(const Eigen::Vector3d& point_m,
-                                               const GpInference& inference) const;
+                                               const StateThresholds& thresholds) const;
 
   using CellVisitor = std::function<void(const CellIndex&, const CellEstimate&)>;
   /// Every finest cell that has evidence, once, in no promised order.
-  void visitCells(const GpInference& inference, const CellVisitor& visitor) const;
+  void visitCells(const StateThresholds& thresholds, const CellVisitor& visitor) const;
 
   /** Adds to a cell what a GP with one training point, at the cell's centre, says there.
    * @throws std::overflow_error as insert(). */
-  void addObservation(const CellIndex& index, bool occupied, const GpInference& inference);
+  void addObservation(const CellIndex& index, bool occupied, const StateThresholds& thresholds);
 
   /// The evidence itself, for files and statistics: see GpScanInference.
   [[nodiscard]] const BlockGrid& grid() const { return grid_; }
@@ -82,8 +82,8 @@ class GpMap
   [[nodiscard]] int32_t planarLayer() const { return planarLayer_; }
 
  private:
-  [[nodiscard]] OctantRule ruleFor(const GpInference& inference) const;
-  [[nodiscard]] CellEstimate estimate(const Evidence& evidence, const GpInference& inference) const;
+  [[nodiscard]] OctantRule ruleFor(const StateThresholds& thresholds) const;
+  [[nodiscard]] CellEstimate estimate(const Evidence& evidence, const StateThresholds& thresholds) const;
 
   GpStructure structure_;
   int32_t planarLayer_ = 0;

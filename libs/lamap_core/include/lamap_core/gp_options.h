@@ -33,7 +33,14 @@ struct GpStructure
   bool planar = false;        ///< one layer of cells, distances in the plane: for 2D sensors
   double planarHeight = 0.0;  ///< [m], in the layer of a planar map
   GpFusion fusion = GpFusion::Bcm;
-  double signalVariance = 1.0;  ///< σ_f² of eq. (2.24): of a cell nobody spoke of; in [1e-3, 1e3]
+  double signalVariance = 1.0;        ///< σ_f² of eq. (2.24): of a cell nobody spoke of; in [1e-3, 1e3]
+  double noiseVariance = 0.05;        ///< σ_n² of eq. (2.19), in [1e-6, 1e3]
+  double squashGain = 1.0;            ///< γ of eq. (2.25), > 0
+  std::optional<double> minVariance;  ///< σ²_min of eq. (2.25), > 0; empty: noiseVariance
+
+  [[nodiscard]] double resolvedMinVariance() const { return minVariance.value_or(noiseVariance); }
+  /// γ·σ²_min: log-odds for each unit of mean / variance.
+  [[nodiscard]] double squash() const { return squashGain * resolvedMinVariance(); }
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate() const;
@@ -57,10 +64,7 @@ struct GpInference
       2;  ///< no free point in a cell with so many raw hits of the scan; 0: none is protected
   std::optional<double> kernelSupport;  ///< a GP is silent so far from all its data; empty: three cells
   double lengthScale = 1.0;             ///< l of eq. (2.24) [m], > 0
-  double noiseVariance = 0.01;          ///< σ_n² of eq. (2.19), in [1e-6, 1e3]
   uint32_t maxPoints = 512;             ///< of one GP; more are split, and the parts fused; 1 to 4096
-  double squashGain = 10.0;             ///< γ of eq. (2.25), > 0
-  std::optional<double> minVariance;    ///< σ²_min of eq. (2.25), > 0; empty: noiseVariance
   double minRange = 0.0;                ///< returns nearer than this are left out, with their rays
   double maxRange = 0.0;                ///< 0: what the observation states; free space ends there
   bool considerInvalidRangesAsFreeSpace = true;  ///< rays without return are free up to the maximum range
@@ -69,9 +73,6 @@ struct GpInference
 
   /// The same with what is left empty filled in.
   [[nodiscard]] GpInference resolved(double resolution_m) const;
-
-  /// γ·σ²_min: log-odds for each unit of mean / variance.
-  [[nodiscard]] double squash() const { return squashGain * minVariance.value_or(noiseVariance); }
 
   /// What decides the training points. Only of resolved options.
   [[nodiscard]] TrainingRules trainingRules() const;
