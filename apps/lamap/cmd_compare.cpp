@@ -98,6 +98,7 @@ void addCompare(CLI::App& app, Action& action)
   command->add_option("-c,--config", options.configPath, ".ini file for all maps, as of `lamap build`");
   command->add_option("-s,--set", options.settings, "section.key=value for all maps");
   command->add_option("-o,--output", options.pagePath, "A page with pictures side by side, .html");
+  command->add_option("--table", options.tablePath, "The table in a file: .csv or .md");
   describeScores(*command, *arguments);
   addLogOptions(*command, arguments->log, options.inputs, options.threads);
   command->add_flag("--json", arguments->json, "The table as JSON");

@@ -5,6 +5,7 @@
 
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <stdexcept>
 
 #include "support/small_logs.h"
@@ -114,6 +115,7 @@ TEST_F(Compare, ThePageHoldsTableAndPicturesOfTruthAndMaps)
   options_.maps = {"bgkMap creationOpts.planar=true", "occupancyGrid", "bgkMap insertOpts.freeThreshold=0.2"};
   options_.truthPath = folder_ / "truth.csv";
   options_.pagePath = folder_ / "page.html";
+  options_.tablePath = folder_ / "table.md";
   const Comparison comparison = compareMaps(options_);
   EXPECT_EQ(comparison.pagePath, options_.pagePath);
   const std::string page = fileContent(options_.pagePath);
@@ -124,12 +126,20 @@ TEST_F(Compare, ThePageHoldsTableAndPicturesOfTruthAndMaps)
     return count;
   };
   EXPECT_EQ(countOf("<tr>"), 4U);
+  std::istringstream table(fileContent(options_.tablePath));
+  std::string line;
+  std::getline(table, line);
+  EXPECT_EQ(line.rfind("| map | AUC |", 0), 0U) << line;
+  std::getline(table, line);
+  EXPECT_EQ(line.rfind("|---|---:|", 0), 0U) << line;
+  std::getline(table, line);
+  EXPECT_EQ(line.rfind("| bgkMap creationOpts.planar=true | ", 0), 0U) << line;
   EXPECT_EQ(countOf("src=\"data:image/png;base64,iVBORw0KGgo"), 4U + 4U) << page.substr(0, 2000);
   EXPECT_EQ(countOf("\n\"") + countOf("No picture"), 0U);
   EXPECT_NE(page.find("</html>"), std::string::npos);
   size_t files = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_.path())) ++files;
-  EXPECT_EQ(files, 3U) << "nothing is left beside log, truth and page";
+  EXPECT_EQ(files, 4U) << "nothing is left beside log, truth, page and table";
 }
 
 TEST_F(Compare, RefusesByName)

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <ostream>
 #include <sstream>
 #include <stdexcept>
@@ -75,9 +76,7 @@ class Builder
   {
     const ScanItem own = ownCopyOf(item);
     if (const auto* observed = std::get_if<ObservedScan>(&own)) observed->observation->load();
-    const auto begin = std::chrono::steady_clock::now();
-    inserter_->insert(own);
-    built_.insertion_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    takeTime([&] { inserter_->insert(own); });
   }
 
   [[nodiscard]] LabelRules& rules() { return rules_; }
@@ -86,12 +85,21 @@ class Builder
 
   [[nodiscard]] ComparedMap finish()
   {
+    takeTime([&] { (void)built_.cells->estimateAt({0, 0, 0}); });
     built_.scans = inserter_->tally();
     built_.memoryBytes = memoryOf(*built_.map);
     return built_;
   }
 
  private:
+  template <class Act>
+  void takeTime(const Act& act)
+  {
+    const auto begin = std::chrono::steady_clock::now();
+    act();
+    built_.insertion_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+
   ComparedMap built_;
   std::unique_ptr<ScanInserter> inserter_;
   LabelRules rules_;
@@ -152,6 +160,17 @@ class HeldOutScores
   std::vector<HeldOutCells> shown_;
 };
 
+/// @throws UsageError unless the path is empty or ends so; std::runtime_error if nothing can be written there
+void requireOutput(const std::string& path, const std::vector<std::string>& extensions,
+                   const std::string& why)
+{
+  if (path.empty()) return;
+  if (std::find(extensions.begin(), extensions.end(), std::filesystem::path(path).extension()) ==
+      extensions.end())
+    throw UsageError(path + ": " + why);
+  const AtomicFile placeIsWritable(path);
+}
+
 void requireLegalOptions(const CompareOptions& options)
 {
   if (!options.truthPath.empty() && options.heldOutEvery > 0)
@@ -162,11 +181,8 @@ void requireLegalOptions(const CompareOptions& options)
     throw UsageError("--max-range: must be a length > 0, in m");
   if (options.maxRange_m > 0 && options.heldOutEvery == 0)
     throw UsageError("--max-range: is for --held-out only; how far maps insert is their own option");
-  if (options.pagePath.empty()) return;
-  const std::string& path = options.pagePath;
-  if (path.size() < 5 || path.substr(path.size() - 5) != ".html")
-    throw UsageError(path + ": the page is written as .html");
-  const AtomicFile placeIsWritable(path);
+  requireOutput(options.pagePath, {".html"}, "the page is written as .html");
+  requireOutput(options.tablePath, {".csv", ".md"}, "the table is written as .csv or .md");
 }
 
 std::vector<Builder> buildersFor(const CompareOptions& options)
@@ -244,6 +260,12 @@ Comparison compareMaps(const CompareOptions& options, const ProgressSink& progre
   requireScans(builders, heldOut ? &*heldOut : nullptr);
   for (Builder& builder : builders) comparison.maps.push_back(builder.finish());
   scoreAll(comparison, options, truth ? &*truth : nullptr, heldOut ? &*heldOut : nullptr);
+  if (!options.tablePath.empty())
+  {
+    const bool markdown = std::filesystem::path(options.tablePath).extension() == ".md";
+    const TextTable table = comparisonTable(comparison);
+    writeFileAtomically(options.tablePath, markdown ? markdownOf(table) : csvOf(table));
+  }
   if (!options.pagePath.empty())
   {
     writeComparisonPage(comparison, truth ? &*truth : nullptr, options.pagePath);

@@ -12,6 +12,8 @@
 #include <functional>
 #include <stdexcept>
 
+#include "text_table.h"
+
 namespace lamap::tools
 {
 namespace
@@ -37,15 +39,6 @@ std::string extensionOf(const std::string& path)
 bool isPicture(const std::string& path)
 {
   return extensionOf(path) == ".png";
-}
-
-/// A field of a CSV line; a file's name may hold anything.
-std::string csvField(const std::string& text)
-{
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
 }
 
 void writeCsv(const std::vector<MapScores>& maps, const std::string& path, const std::string& columns,

@@ -24,6 +24,44 @@ void TextTable::print(std::ostream& out) const
   }
 }
 
+std::string markdownOf(const TextTable& table)
+{
+  std::string text;
+  for (const auto& row : table.rows())
+  {
+    for (const std::string& field : row)
+    {
+      text += "| ";
+      for (const char c : field) text += c == '|' ? "\\|" : std::string(1, c);
+      text += " ";
+    }
+    text += "|\n";
+    if (&row != &table.rows().front()) continue;
+    for (size_t i = 0; i < row.size(); ++i) text += i == 0 ? "|---" : "|---:";
+    text += "|\n";
+  }
+  return text;
+}
+
+std::string csvOf(const TextTable& table)
+{
+  std::string text;
+  for (const auto& row : table.rows())
+  {
+    for (size_t i = 0; i < row.size(); ++i) text += (i > 0 ? "," : "") + csvField(row[i]);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string csvField(const std::string& text)
+{
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+
 std::string numberText(const std::optional<double>& number)
 {
   return number ? mrpt::format("%.4f", *number) : "-";

@@ -21,6 +21,13 @@ class TextTable
   std::vector<std::vector<std::string>> rows_;
 };
 
+/// A table in Markdown, the first column to the left, the others to the right.
+[[nodiscard]] std::string markdownOf(const TextTable& table);
+/// A table as CSV.
+[[nodiscard]] std::string csvOf(const TextTable& table);
+/// A text as a field of a CSV line, quoted where it must be.
+[[nodiscard]] std::string csvField(const std::string& text);
+
 /// Four digits after the point; "-" for nothing.
 [[nodiscard]] std::string numberText(const std::optional<double>& number);
 

@@ -37,6 +37,8 @@ struct CompareOptions
   std::vector<double> thresholds{0.7};
   /// A page with the table and pictures of all maps, `.html`; empty: none.
   std::string pagePath;
+  /// The table in a file, `.csv` or `.md` (Markdown); empty: none.
+  std::string tablePath;
   /// Of this library's maps; 0: as many as the machine has. Never changes a map.
   unsigned threads = 0;
 };
@@ -47,7 +49,8 @@ struct ComparedMap
   mrpt::maps::CMetricMap::Ptr map;
   std::shared_ptr<CellMap> cells;
   InsertionTally scans;
-  double insertion_s = 0;               ///< of all scans
+  /// Of all scans, and of the first question to the map, at which some train their model.
+  double insertion_s = 0;
   std::optional<uint64_t> memoryBytes;  ///< as the map counts it itself; nothing where it does not
   std::optional<MapScores> scores;
 
