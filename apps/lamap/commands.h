@@ -19,6 +19,7 @@ void addEval(CLI::App& app, Action& action);
 void addExport(CLI::App& app, Action& action);
 void addRender(CLI::App& app, Action& action);
 void addSimulate(CLI::App& app, Action& action);
+void addThin(CLI::App& app, Action& action);
 void addTune(CLI::App& app, Action& action);
 /// @param program  what takeProgram() took from the command line
 void addRun(CLI::App& app, Action& action, const std::vector<std::string>& program);

@@ -53,6 +53,7 @@ int main(int argc, char** argv)
   addExport(app, action);
   addRender(app, action);
   addSimulate(app, action);
+  addThin(app, action);
   addTune(app, action);
   std::vector<std::string> arguments(argv + 1, argv + argc);
   addRun(app, action, takeProgram(arguments));

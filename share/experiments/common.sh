@@ -1,6 +1,7 @@
 # Sourced by the experiments: start_experiment "$@" sets
 #   lamap  the tool: $LAMAP, or the one in this repository's build folder
 #   out    the folder for results, made if it is not there; the script goes on in it
+#   data   a folder in it for logs, truths and maps, which experiments share
 #   quick  true with --quick: a smaller run of the same
 # shellcheck shell=bash disable=SC2034  # what is set here is read by those who source this
 
@@ -44,6 +45,8 @@ start_experiment()
   mkdir -p "$out"
   cd "$out" || exit 1
   out=$PWD
+  data=$out/data
+  mkdir -p "$data"
 }
 
 # need PROGRAM PACKAGE
@@ -53,3 +56,69 @@ need()
   echo "${0##*/}: needs the program $1 (Debian's package $2)" >&2
   exit 1
 }
+
+# The seed of the worlds that are shown; the defaults were not chosen by it (see defaults.sh).
+seed=21
+
+# world NAME [OPTION...]: simulates a world into $data/NAME.{rawlog,csv,ini}, unless it is there.
+world()
+{
+  local name=$1
+  shift
+  [ -f "$data/$name.csv" ] && return
+  echo "simulate $name"
+  "$lamap" simulate "$@" -o "$data/$name.rawlog" --truth "$data/$name.csv" > /dev/null
+}
+
+worlds()
+{
+  world structured structured --seed $seed
+  world unstructured unstructured --seed $seed
+}
+
+# About as many rays as the thesis kept of the corridor, 5,000 a scan: every 17th of 89,000.
+corridor()
+{
+  local scans=66
+  $quick && scans=6
+  world corridor_dense corridor --seed $seed --scans $scans
+  [ -f "$data/corridor.rawlog" ] ||
+    "$lamap" thin -i "$data/corridor_dense.rawlog" -o "$data/corridor.rawlog" --keep-every 17 > /dev/null
+  cp -f "$data/corridor_dense.csv" "$data/corridor.csv"
+  cp -f "$data/corridor_dense.ini" "$data/corridor.ini"
+}
+
+# compare WORLD OUTPUT [OPTION...]: one table of maps of a world, OUTPUT.md and OUTPUT.json.
+compare()
+{
+  local name=$1 output=$2
+  shift 2
+  echo "compare maps of $name"
+  "$lamap" compare -i "$data/$name.rawlog" -c "$data/$name.ini" --truth "$data/$name.csv" --threads 1 \
+    --table "$out/$output.md" --json "$@" > "$out/$output.json"
+}
+
+# picture WORLD NAME BOX MAP [SETTING...]: builds a map of a world and draws it in 3D, $out/NAME.png.
+picture()
+{
+  local name=$1 picture=$2 box=$3 map=$4
+  shift 4
+  local settings=()
+  local setting
+  for setting in "$@"; do settings+=(-s "$setting"); done
+  "$lamap" build -i "$data/$name.rawlog" -c "$data/$name.ini" -m "$map" "${settings[@]}" \
+    -o "$data/$picture.lamap.gz" > /dev/null
+  "$lamap" render "$data/$picture.lamap.gz" -o "$out/$picture.png" --view 3d --size 800x560 --box "$box" \
+    "${view[@]}"
+}
+
+# How picture() looks; a script may change it.
+view=()
+room=-0.5,-0.5,-0.2,10.5,7.5,2.2
+
+# The maps of the thesis, with its settings.
+ohm="overlappingHilbertMap creationOpts.preset=thesis"
+ghm100="hilbertMap creationOpts.preset=thesis"
+ghm1000="hilbertMap creationOpts.preset=thesis creationOpts.components=1000"
+bgk="bgkMap creationOpts.preset=thesis"
+gpom="gpMap creationOpts.preset=la3dm"

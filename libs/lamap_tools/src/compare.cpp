@@ -283,7 +283,7 @@ TextTable comparisonTable(const Comparison& comparison)
   {
     head.insert(head.end(), {"AUC", "avg. precision", "log loss", "Brier", "calibration error", "observed"});
     for (const ThresholdScore& score : comparison.maps.front().scores->all.thresholds)
-      head.push_back(mrpt::format("P / R at %g", score.threshold));
+      head.push_back(mrpt::format("P / R, p >= %g", score.threshold));
   }
   head.insert(head.end(), {"scans", "ms a scan", "MiB"});
   table.add(head);
@@ -298,7 +298,7 @@ TextTable comparisonTable(const Comparison& comparison)
                   numberText(all.brier), numberText(map.scores->observed.calibrationError),
                   mrpt::format("%.1f %%", 100 * map.scores->observedShare())});
       for (const ThresholdScore& score : all.thresholds)
-        row.push_back(numberText(score.above.precision) + " / " + numberText(score.above.recall));
+        row.push_back(numberText(score.atLeast.precision) + " / " + numberText(score.atLeast.recall));
     }
     row.insert(row.end(), {std::to_string(map.scans.usedCount()),
                            mrpt::format("%.2f", 1e3 * map.insertionOfOne_s()), memoryText(map.memoryBytes)});

@@ -1,12 +1,8 @@
-#include "rawlog_source.h"
-
 #include <lamap_mrpt/mrpt_compat.h>
 #include <lamap_tools/graph_file.h>
-#include <lamap_tools/memory_guard.h>
 #include <lamap_tools/pcd_file.h>
 #include <lamap_tools/pose_track.h>
 #include <lamap_tools/scan_source.h>
-#include <lamap_tools/trial_run.h>
 #include <lamap_tools/usage_error.h>
 #include <mrpt/img/CImage.h>
 #include <mrpt/maps/CSimpleMap.h>
@@ -18,6 +14,9 @@
 #include <cctype>
 #include <filesystem>
 #include <stdexcept>
+
+#include "rawlog_source.h"
+#include "simple_map_file.h"
 
 namespace lamap::tools
 {
@@ -57,26 +56,10 @@ InputKind kindOf(const std::string& path)
 class SimpleMapSource : public ScanSource
 {
  public:
-  SimpleMapSource(const std::string& path, const std::function<bool()>& shouldStop) : path_(path)
+  SimpleMapSource(const std::string& path, const std::function<bool()>& shouldStop)
+      : path_(path), map_(readSimpleMap(path, shouldStop))
   {
-    const auto tryReading = [&path](const std::function<void()>& step)
-    {
-      constexpr size_t kSmallest = size_t{2} << 30;
-      const MemoryGuard guard(kSmallest + 64 * fs::file_size(path));
-      mrpt::maps::CSimpleMap map;
-      if (map.loadFromFile(path)) step();
-    };
-    const TrialRun trial = tryInChild(tryReading, shouldStop);
-    if (trial.stopped) return;
-    if (trial.steps == 0 || !map_.loadFromFile(path))
-      throw std::runtime_error(path + ": not a simple map, cut short or damaged");
-    for (size_t i = 0; i < map_.size(); ++i)
-    {
-      const auto keyframe = compat::keyframeAt(map_, i);
-      if (!keyframe.frame || !keyframe.pose)
-        throw std::runtime_error(path + ": a pose or its observations are missing");
-      expectedItems_ += keyframe.frame->size();
-    }
+    for (size_t i = 0; i < map_.size(); ++i) expectedItems_ += compat::keyframeAt(map_, i).frame->size();
   }
 
   [[nodiscard]] const std::string& path() const override { return path_; }

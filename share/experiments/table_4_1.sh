@@ -1,0 +1,13 @@
+#!/bin/bash
+# Table 4.1: how long BGK maps take for a scan beside GP maps (nested BCM) and OctoMap, with one thread; the corridor with
+# all of its rays.
+set -euo pipefail
+# shellcheck source=share/experiments/common.sh
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+start_experiment "$@"
+
+worlds
+corridor
+for name in structured unstructured corridor_dense; do
+  compare "$name" "table_4_1_${name%_dense}" -m octoMap -m "$gpom" -m "$bgk" -m bgkMap
+done
