@@ -1,6 +1,7 @@
 #include <lamap_core/hilbert_model.h>
 
 #include <lamap_core/hilbert_kernel.h>
+#include <lamap_core/hilbert_lattice.h>
 #include <lamap_core/logodds_evidence.h>
 #include <lamap_core/portable_math.h>
 #include <lamap_core/scan_frame.h>
@@ -83,12 +84,23 @@ struct Factors
   [[nodiscard]] int32_t last() const { return first + count - 1; }
 };
 
+size_t countOf(uint64_t word)
+{
+  return HilbertLattice<float>::Block::countOf(word);
+}
+
 /// Sum over the sites of a model that a point reaches.
 class SiteSum
 {
  public:
-  SiteSum(const HilbertModel& model, const ModelShape& shape, const Eigen::Vector3d& p)
-      : model_(model), cutoff_(shape.cutoff), x_(p.x(), shape), y_(p.y(), shape), z_(p.z(), shape)
+  SiteSum(const HilbertModel& model, const ModelShape& shape, const Eigen::Vector3d& p,
+          const std::vector<uint32_t>& firstWeights)
+      : model_(model),
+        firstWeights_(firstWeights),
+        cutoff_(shape.cutoff),
+        x_(p.x(), shape),
+        y_(p.y(), shape),
+        z_(p.z(), shape)
   {
   }
 
@@ -96,28 +108,24 @@ class SiteSum
   {
     const BlockIndex low = SiteSet::blockOf({x_.first, y_.first, z_.first});
     const BlockIndex high = SiteSet::blockOf({x_.last(), y_.last(), z_.last()});
-    size_t block = 0;
-    size_t weight = 0;
+    size_t begin = 0;
     for (int32_t z = low.z; z <= high.z; ++z)
       for (int32_t y = low.y; y <= high.y; ++y)
-        for (int32_t x = low.x; x <= high.x; ++x) addBlock({x, y, z}, block, weight);
+        for (int32_t x = low.x; x <= high.x; ++x) addBlock({x, y, z}, begin);
     if (!reached_) return std::nullopt;
     return static_cast<float>(sum_);
   }
 
  private:
-  static size_t countOf(uint64_t word) { return static_cast<size_t>(__builtin_popcountll(word)); }
-
-  /// @param block, weight: where the search stands; blocks are asked for in their order
-  void addBlock(const BlockIndex& index, size_t& block, size_t& weight)
+  /// @param begin where the search starts; blocks are asked for in their order
+  void addBlock(const BlockIndex& index, size_t& begin)
   {
     const auto& blocks = model_.siteBlocks;
-    const auto found = std::lower_bound(blocks.begin() + static_cast<long>(block), blocks.end(), index);
+    const auto found = std::lower_bound(blocks.begin() + static_cast<long>(begin), blocks.end(), index);
+    begin = static_cast<size_t>(found - blocks.begin());
     if (found == blocks.end() || !(*found == index)) return;
-    const auto number = static_cast<size_t>(found - blocks.begin());
-    for (; block < number; ++block)
-      for (const uint64_t word : model_.siteBits[block]) weight += countOf(word);
-    size_t next = weight;
+    const size_t number = begin;
+    size_t next = firstWeights_[number];
     for (int32_t k = 0; k < kScanBlockEdge; ++k)
     {
       const uint64_t word = model_.siteBits[number][static_cast<size_t>(k)];
@@ -144,6 +152,7 @@ class SiteSum
   }
 
   const HilbertModel& model_;
+  const std::vector<uint32_t>& firstWeights_;
   double cutoff_;
   Factors x_;
   Factors y_;
@@ -206,9 +215,23 @@ std::array<bool, 4> HilbertModel::inField(const std::array<Eigen::Vector3d, 4>& 
   return contained;
 }
 
-std::optional<float> HilbertModel::logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p) const
+std::vector<uint32_t> HilbertModel::firstWeights() const
 {
-  if (shape.compact()) return SiteSum(*this, shape, p).logodds();
+  std::vector<uint32_t> first;
+  first.reserve(siteBits.size());
+  size_t weights = 0;
+  for (const SiteSet::Bits& bits : siteBits)
+  {
+    first.push_back(static_cast<uint32_t>(weights));
+    for (const uint64_t word : bits) weights += countOf(word);
+  }
+  return first;
+}
+
+std::optional<float> HilbertModel::logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p,
+                                             const std::vector<uint32_t>& first) const
+{
+  if (shape.compact()) return SiteSum(*this, shape, p, first).logodds();
   double sum = bias;
   for (size_t k = 0; k < inducing.size(); ++k)
     sum +=
@@ -226,10 +249,11 @@ Evidence HilbertModel::evidenceOf(const ModelShape& shape, float logodds, bool i
   return sums.evidence();
 }
 
-Evidence HilbertModel::evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p) const
+Evidence HilbertModel::evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p,
+                                  const std::vector<uint32_t>& first) const
 {
   if (!inBox(p, shape.planar)) return {};
-  const std::optional<float> logodds = logoddsAt(shape, p);
+  const std::optional<float> logodds = logoddsAt(shape, p, first);
   return logodds ? evidenceOf(shape, *logodds, inField({p, p, p, p})[0]) : Evidence{};
 }
 

@@ -261,17 +261,18 @@ std::optional<CellEstimate> OverlappingHilbertMap::at(const Eigen::Vector3d& poi
 Evidence OverlappingHilbertMap::evidenceAt(const Eigen::Vector3d& point_m, const CellIndex& cell) const
 {
   Evidence sum = written_.evidence(cell);
-  index().forEachNear(point_m,
-                      [&](size_t number)
-                      {
-                        const auto& [pose, model] = models_[number];
-                        const ScanFrame frame(structure_.resolution, pose.anchor, false);
-                        const auto local = frame.toLocal(point_m);
-                        if (!local) return;
-                        Eigen::Vector3d p = pose.toModel(*local * structure_.resolution);
-                        if (structure_.planar) p.z() = shape_.flatHeight();
-                        sum = addLogodds(sum, model->evidenceAt(shape_, p));
-                      });
+  const HilbertModelIndex& models = index();
+  models.forEachNear(point_m,
+                     [&](size_t number)
+                     {
+                       const auto& [pose, model] = models_[number];
+                       const ScanFrame frame(structure_.resolution, pose.anchor, false);
+                       const auto local = frame.toLocal(point_m);
+                       if (!local) return;
+                       Eigen::Vector3d p = pose.toModel(*local * structure_.resolution);
+                       if (structure_.planar) p.z() = shape_.flatHeight();
+                       sum = addLogodds(sum, model->evidenceAt(shape_, p, models.firstWeightsOf(number)));
+                     });
   return sum;
 }
 

@@ -113,13 +113,17 @@ struct HilbertModel
   /// Which of four places are in the field of a view.
   [[nodiscard]] std::array<bool, 4> inField(const std::array<Eigen::Vector3d, 4>& places) const;
 
-  /// Log-odds at a point; nothing where no feature reaches it.
-  [[nodiscard]] std::optional<float> logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p) const;
+  /// Of each block of sites, the number of its first weight: what a question needs, lest it count all sites.
+  [[nodiscard]] std::vector<uint32_t> firstWeights() const;
+  /// Log-odds at a point; nothing where no feature reaches it. @param first of firstWeights()
+  [[nodiscard]] std::optional<float> logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p,
+                                               const std::vector<uint32_t>& first) const;
 
   /// Evidence (see LogoddsSums) from log-odds at a place in the box; none where the model does not speak.
   [[nodiscard]] Evidence evidenceOf(const ModelShape& shape, float logodds, bool inField) const;
-  /// What the model says of a point.
-  [[nodiscard]] Evidence evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p) const;
+  /// What the model says of a point. @param first of firstWeights()
+  [[nodiscard]] Evidence evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p,
+                                    const std::vector<uint32_t>& first) const;
 
   /// Calls visit(centre, weight) for each kernel.
   template <typename Visit>

@@ -27,6 +27,8 @@ class HilbertModelIndex
   /** Calls visit(number of a model) for all models whose box holds the point, and others near it, in no
    * promised order. Allocates nothing. */
   void forEachNear(const Eigen::Vector3d& point_map, const std::function<void(size_t)>& visit) const;
+  /// HilbertModel::firstWeights() of a model.
+  [[nodiscard]] const std::vector<uint32_t>& firstWeightsOf(size_t model) const;
 
  private:
   struct Tree;
