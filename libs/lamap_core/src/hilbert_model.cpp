@@ -61,27 +61,43 @@ double rounded(double length_m)
   return std::floor(length_m * 0x1p24 + 0.5) * 0x1p-24;
 }
 
-/// Factors of the kernel for the sites of one axis that a coordinate reaches.
-struct Factors
+/// The sites of one axis that a coordinate reaches, and the kernel's factors of these.
+class Factors
 {
-  int32_t first = 0;
-  int32_t count = 0;
-  std::array<double, AxisReach::kMaxSites + 2> values{};
-
+ public:
   Factors(double coordinate, const ModelShape& shape)
+      : first(static_cast<int32_t>(std::ceil((coordinate - shape.support_m) / shape.spacing_m - 0.5))),
+        coordinate_(coordinate)
   {
-    first = static_cast<int32_t>(std::ceil((coordinate - shape.support_m) / shape.spacing_m - 0.5));
-    const auto last =
-        static_cast<int32_t>(std::floor((coordinate + shape.support_m) / shape.spacing_m - 0.5));
-    count = std::min<int32_t>(last - first + 1, static_cast<int32_t>(values.size()));
-    for (int32_t i = 0; i < count; ++i)
+    const auto end = static_cast<int32_t>(std::floor((coordinate + shape.support_m) / shape.spacing_m - 0.5));
+    last = std::min(end, first + static_cast<int32_t>(values_.size()) - 1);
+  }
+
+  int32_t first;
+  int32_t last;
+
+  /// Most questions meet no site: the factors are found where one does.
+  void find(const ModelShape& shape)
+  {
+    for (int32_t site = first; site <= last; ++site)
     {
-      const double d = coordinate - (first + i + 0.5) * shape.spacing_m;
-      values[static_cast<size_t>(i)] = portableExp(-shape.gamma * d * d);
+      const double d = coordinate_ - (site + 0.5) * shape.spacing_m;
+      values_[static_cast<size_t>(site - first)] = portableExp(-shape.gamma * d * d);
     }
   }
-  [[nodiscard]] double at(int32_t site) const { return values[static_cast<size_t>(site - first)]; }
-  [[nodiscard]] int32_t last() const { return first + count - 1; }
+  [[nodiscard]] double at(int32_t site) const { return values_[static_cast<size_t>(site - first)]; }
+
+  /// Which of the eight sites from `begin` on are reached, a bit each.
+  [[nodiscard]] uint64_t bitsFrom(int32_t begin) const
+  {
+    const int32_t low = std::max(first - begin, 0);
+    const int32_t high = std::min(last - begin, kScanBlockEdge - 1);
+    return low > high ? 0 : (uint64_t{2} << high) - (uint64_t{1} << low);
+  }
+
+ private:
+  double coordinate_;
+  std::array<double, AxisReach::kMaxSites + 2> values_;
 };
 
 size_t countOf(uint64_t word)
@@ -96,8 +112,8 @@ class SiteSum
   SiteSum(const HilbertModel& model, const ModelShape& shape, const Eigen::Vector3d& p,
           const std::vector<uint32_t>& firstWeights)
       : model_(model),
+        shape_(shape),
         firstWeights_(firstWeights),
-        cutoff_(shape.cutoff),
         x_(p.x(), shape),
         y_(p.y(), shape),
         z_(p.z(), shape)
@@ -107,7 +123,7 @@ class SiteSum
   std::optional<float> logodds()
   {
     const BlockIndex low = SiteSet::blockOf({x_.first, y_.first, z_.first});
-    const BlockIndex high = SiteSet::blockOf({x_.last(), y_.last(), z_.last()});
+    const BlockIndex high = SiteSet::blockOf({x_.last, y_.last, z_.last});
     size_t begin = 0;
     for (int32_t z = low.z; z <= high.z; ++z)
       for (int32_t y = low.y; y <= high.y; ++y)
@@ -124,39 +140,46 @@ class SiteSum
     const auto found = std::lower_bound(blocks.begin() + static_cast<long>(begin), blocks.end(), index);
     begin = static_cast<size_t>(found - blocks.begin());
     if (found == blocks.end() || !(*found == index)) return;
-    const size_t number = begin;
-    size_t next = firstWeights_[number];
+    const CellIndex corner{index.x * kScanBlockEdge, index.y * kScanBlockEdge, index.z * kScanBlockEdge};
+    uint64_t reached = 0;
+    for (uint64_t rows = y_.bitsFrom(corner.y); rows != 0; rows &= rows - 1)
+      reached |= x_.bitsFrom(corner.x) << kScanBlockEdge * __builtin_ctzll(rows);
+    const uint64_t layers = z_.bitsFrom(corner.z);
+    size_t next = firstWeights_[begin];
     for (int32_t k = 0; k < kScanBlockEdge; ++k)
     {
-      const uint64_t word = model_.siteBits[number][static_cast<size_t>(k)];
-      const int32_t z = index.z * kScanBlockEdge + k;
-      if (z >= z_.first && z <= z_.last()) addLayer(index, z, word, next);
+      const uint64_t word = model_.siteBits[begin][static_cast<size_t>(k)];
+      if ((layers >> k & 1) != 0 && (word & reached) != 0)
+        addLayer({corner.x, corner.y, corner.z + k}, word, reached, next);
       next += countOf(word);
     }
   }
 
-  void addLayer(const BlockIndex& index, int32_t z, uint64_t word, size_t first)
+  /// @param corner of the layer; @param first number of its first weight
+  void addLayer(const CellIndex& corner, uint64_t word, uint64_t reached, size_t first)
   {
-    size_t number = first;
-    for (uint64_t rest = word; rest != 0; rest &= rest - 1, ++number)
+    if (!found_)
+      for (Factors* factors : {&x_, &y_, &z_}) factors->find(shape_);
+    found_ = true;
+    for (uint64_t rest = word & reached; rest != 0; rest &= rest - 1)
     {
       const int bit = __builtin_ctzll(rest);
-      const int32_t x = index.x * kScanBlockEdge + bit % kScanBlockEdge;
-      const int32_t y = index.y * kScanBlockEdge + bit / kScanBlockEdge;
-      if (x < x_.first || x > x_.last() || y < y_.first || y > y_.last()) continue;
-      const double kernel = x_.at(x) * (y_.at(y) * z_.at(z)) - cutoff_;
+      const double yz = y_.at(corner.y + bit / kScanBlockEdge) * z_.at(corner.z);
+      const double kernel = x_.at(corner.x + bit % kScanBlockEdge) * yz - shape_.cutoff;
       if (!(kernel > 0)) continue;
       reached_ = true;
+      const size_t number = first + countOf(word & ((uint64_t{1} << bit) - 1));
       sum_ += kernel * static_cast<double>(model_.siteWeights[number]);
     }
   }
 
   const HilbertModel& model_;
+  const ModelShape& shape_;
   const std::vector<uint32_t>& firstWeights_;
-  double cutoff_;
   Factors x_;
   Factors y_;
   Factors z_;
+  bool found_ = false;  ///< the factors
   double sum_ = 0;
   bool reached_ = false;
 };
