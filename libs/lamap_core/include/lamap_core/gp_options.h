@@ -56,13 +56,13 @@ struct GpInference
   bool nested = false;
   GpFreeSpace freeSpace = GpFreeSpace::Samples;
   TrainingPoints trainingPoints = TrainingPoints::Cells;
-  std::optional<double> freeResolution;  ///< distance between free points on a ray; empty: three cells
+  std::optional<double> freeResolution;  ///< distance between free points on a ray; empty: two cells
   std::optional<double> freeMargin;      ///< no free point nearer to its ray's hit; empty: one cell
   double freeDownsampling = 0.0;  ///< `Centroids`: voxel edge in which free points are averaged; 0: none
   std::optional<double> hitDownsampling;  ///< `Centroids`: voxel edge for hits; empty: one cell; 0: none
   uint32_t protectHits =
       2;  ///< no free point in a cell with so many raw hits of the scan; 0: none is protected
-  std::optional<double> kernelSupport;  ///< a GP is silent so far from all its data; empty: three cells
+  std::optional<double> kernelSupport;  ///< a GP is silent so far from all its data; empty: two cells
   double lengthScale = 1.0;             ///< l of eq. (2.24) [m], > 0
   uint32_t maxPoints = 512;             ///< of one GP; more are split, and the parts fused; 1 to 4096
   double minRange = 0.0;                ///< returns nearer than this are left out, with their rays
