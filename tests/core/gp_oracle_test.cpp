@@ -2,10 +2,13 @@
 #include <gtest/gtest.h>
 #include <lamap_core/gp_map.h>
 #include <lamap_core/gp_regression.h>
+#include <lamap_core/gp_tile.h>
+#include <lamap_core/portable_math.h>
 #include <support/gp_oracle.h>
 #include <support/random_gp_options.h>
 #include <support/seeded_scans.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace lamap::test
@@ -198,6 +201,53 @@ TEST(GpCovariance, TilesAndTablesHoldTheSameBits)
   direct.replace(1, &far);
   EXPECT_EQ(far[0], direct(1e9));
   EXPECT_EQ(far[1], 0.0);
+}
+
+// However many cells a processor works on at once, each gets the operations it would get by itself.
+TEST(GpTile, CellsComeOutAsEachByItself)
+{
+  Random random(7);
+  for (size_t count = 1; count <= 13; ++count)
+  {
+    std::vector<double> factor(count * (count + 1) / 2), inverse(count), weights(count), x(count), y(count),
+        z(count);
+    for (auto* numbers : {&factor, &inverse, &weights, &x, &y, &z})
+      for (double& number : *numbers) number = random.uniform(-1, 1);
+    GpPlaces places;
+    for (auto* numbers : {&places.x, &places.y, &places.z})
+      for (double& number : *numbers) number = random.uniform(-3, 3);
+    std::vector<GpTile> rows(count);
+    GpTile nearest, mean, squares;
+    squaredDistances(x.data(), y.data(), z.data(), count, places, rows.data(), nearest);
+    std::vector<GpTile> solved = rows;
+    matern32(0.7, 1.3, count, solved.data());
+    std::vector<GpTile> covariances = solved;
+    solveForward(factor.data(), inverse.data(), count, solved.data());
+    sumRows(weights.data(), count, solved.data(), mean, squares);
+    for (size_t c = 0; c < 8; ++c)
+    {
+      double least = 1e300, sum = 0, squared = 0;
+      std::vector<double> v(count);
+      for (size_t i = 0; i < count; ++i)
+      {
+        const double dx = places.x[c] - x[i], dy = places.y[c] - y[i], dz = places.z[c] - z[i];
+        const double distance = dx * dx + dy * dy + dz * dz;
+        ASSERT_EQ(rows[i][c], distance);
+        least = std::min(least, distance);
+        const double t = 0.7 * std::sqrt(distance);
+        ASSERT_EQ(covariances[i][c], 1.3 * ((1.0 + t) * portableExp(-t)));
+        v[i] = covariances[i][c];
+        for (size_t j = 0; j < i; ++j) v[i] -= factor[i * (i + 1) / 2 + j] * v[j];
+        v[i] *= inverse[i];
+        ASSERT_EQ(solved[i][c], v[i]);
+        sum += v[i] * weights[i];
+        squared += v[i] * v[i];
+      }
+      ASSERT_EQ(nearest[c], least);
+      ASSERT_EQ(mean[c], sum);
+      ASSERT_EQ(squares[c], squared);
+    }
+  }
 }
 
 TEST(GpExpert, SaysTheSameOfACellWhoeverElseIsAsked)

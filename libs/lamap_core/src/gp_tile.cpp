@@ -1,23 +1,21 @@
 #include <lamap_core/gp_tile.h>
 
+#include <lamap_core/wide_floats.h>
+
 #include <cmath>
 #include <cstring>
 
-#define LAMAP_INLINE __attribute__((always_inline)) static inline
-
-// Compiles the body with registers of two numbers, and on x86-64 with those of four for processors that have
-// them.
-#if defined(__x86_64__)
-#define LAMAP_FOR_EACH_PROCESSOR(name, parameters, arguments)       \
-  __attribute__((target("avx2"))) static void name##Wide parameters \
-  {                                                                 \
-    name##Body<Four> arguments;                                     \
-  }                                                                 \
-  void name parameters                                              \
-  {                                                                 \
-    static const bool isWide = __builtin_cpu_supports("avx2") != 0; \
-    if (isWide) return name##Wide arguments;                        \
-    name##Body<Two> arguments;                                      \
+// Compiles the body with registers of two numbers, and with those of four for processors that have them.
+#ifdef LAMAP_FOR_AVX2
+#define LAMAP_FOR_EACH_PROCESSOR(name, parameters, arguments) \
+  LAMAP_FOR_AVX2 static void name##Wide parameters            \
+  {                                                           \
+    name##Body<Four> arguments;                               \
+  }                                                           \
+  void name parameters                                        \
+  {                                                           \
+    if (hasAvx2()) return name##Wide arguments;               \
+    name##Body<Two> arguments;                                \
   }
 #else
 #define LAMAP_FOR_EACH_PROCESSOR(name, parameters, arguments) \
@@ -43,19 +41,19 @@ struct Parts
 };
 
 template <typename V>
-LAMAP_INLINE const V* partsOf(const GpTile& tile)
+LAMAP_INLINED const V* partsOf(const GpTile& tile)
 {
   return reinterpret_cast<const V*>(tile.data());
 }
 template <typename V>
-LAMAP_INLINE V* partsOf(GpTile& tile)
+LAMAP_INLINED V* partsOf(GpTile& tile)
 {
   return reinterpret_cast<V*>(tile.data());
 }
 
 template <typename V>
-LAMAP_INLINE void squaredDistancesBody(const double* x, const double* y, const double* z, size_t count,
-                                       const GpPlaces& to, GpTile* rows, GpTile& nearest)
+LAMAP_INLINED void squaredDistancesBody(const double* x, const double* y, const double* z, size_t count,
+                                        const GpPlaces& to, GpTile* rows, GpTile& nearest)
 {
   for (int part = 0; part < Parts<V>::kCount; ++part)
   {
@@ -77,7 +75,7 @@ LAMAP_INLINE void squaredDistancesBody(const double* x, const double* y, const d
 }
 
 template <typename V>
-LAMAP_INLINE void lookUpBody(const double* table, size_t count, GpTile* rows)
+LAMAP_INLINED void lookUpBody(const double* table, size_t count, GpTile* rows)
 {
   for (size_t i = 0; i < count; ++i)
   {
@@ -87,7 +85,7 @@ LAMAP_INLINE void lookUpBody(const double* table, size_t count, GpTile* rows)
 
 /// Replaces t ≥ 0 by portableExp(−t), to the last bit.
 template <typename V>
-LAMAP_INLINE void replaceByExpOfMinus(V& t)
+LAMAP_INLINED void replaceByExpOfMinus(V& t)
 {
   constexpr double kRounder = 0x1.8p52;
   constexpr double kFarthest = 708.0;
@@ -109,7 +107,7 @@ LAMAP_INLINE void replaceByExpOfMinus(V& t)
 }
 
 template <typename V>
-LAMAP_INLINE void matern32Body(double factor, double scale, size_t count, GpTile* rows)
+LAMAP_INLINED void matern32Body(double factor, double scale, size_t count, GpTile* rows)
 {
   double* numbers = rows->data();
   for (size_t i = 0; i < 8 * count; ++i) numbers[i] = factor * std::sqrt(numbers[i]);
@@ -128,7 +126,7 @@ LAMAP_INLINE void matern32Body(double factor, double scale, size_t count, GpTile
 
 /// The rows first to first + kRows − 1: together, for what is loaded once serves all of them.
 template <typename V, int kRows>
-LAMAP_INLINE void solveRows(const double* factor, const double* inverse, size_t first, GpTile* rows)
+LAMAP_INLINED void solveRows(const double* factor, const double* inverse, size_t first, GpTile* rows)
 {
   constexpr int kParts = Parts<V>::kCount;
   const double* l[kRows];
@@ -160,7 +158,7 @@ LAMAP_INLINE void solveRows(const double* factor, const double* inverse, size_t 
 }
 
 template <typename V>
-LAMAP_INLINE void solveForwardBody(const double* factor, const double* inverse, size_t count, GpTile* rows)
+LAMAP_INLINED void solveForwardBody(const double* factor, const double* inverse, size_t count, GpTile* rows)
 {
   constexpr int kRows = Parts<V>::kLanes;
   size_t i = 0;
@@ -169,8 +167,8 @@ LAMAP_INLINE void solveForwardBody(const double* factor, const double* inverse, 
 }
 
 template <typename V>
-LAMAP_INLINE void sumRowsBody(const double* weights, size_t count, const GpTile* rows, GpTile& mean,
-                              GpTile& squares)
+LAMAP_INLINED void sumRowsBody(const double* weights, size_t count, const GpTile* rows, GpTile& mean,
+                               GpTile& squares)
 {
   for (int part = 0; part < Parts<V>::kCount; ++part)
   {
