@@ -224,6 +224,8 @@ TEST(GpTile, CellsComeOutAsEachByItself)
     std::vector<GpTile> covariances = solved;
     solveForward(factor.data(), inverse.data(), count, solved.data());
     sumRows(weights.data(), count, solved.data(), mean, squares);
+    std::array<GpTile, 8> square{};
+    subtractProducts(count, solved.data(), square.data());
     for (size_t c = 0; c < 8; ++c)
     {
       double least = 1e300, sum = 0, squared = 0;
@@ -242,6 +244,12 @@ TEST(GpTile, CellsComeOutAsEachByItself)
         ASSERT_EQ(solved[i][c], v[i]);
         sum += v[i] * weights[i];
         squared += v[i] * v[i];
+      }
+      for (size_t r = 0; r < 8; ++r)
+      {
+        double product = 0;
+        for (size_t i = 0; i < count; ++i) product -= solved[i][r] * solved[i][c];
+        ASSERT_EQ(square[r][c], product);
       }
       ASSERT_EQ(nearest[c], least);
       ASSERT_EQ(mean[c], sum);

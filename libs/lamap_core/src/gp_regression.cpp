@@ -94,11 +94,9 @@ void GpExpert::factorize(const GpCovariance& covariance, double noiseVariance, s
     solveForward(factor_.data(), inverse_.data(), first, above.data());
 
     // What is left of the tile's own square of K when the rows above have had their share.
-    std::array<GpTile, kTile> square;
+    std::array<GpTile, kTile> square{};
     for (size_t r = 0; r < height; ++r) square[r] = above[first + r];
-    for (size_t j = 0; j < first; ++j)
-      for (size_t r = 0; r < height; ++r)
-        for (size_t c = 0; c < kTile; ++c) square[r][c] -= above[j][r] * above[j][c];
+    subtractProducts(first, above.data(), square.data());
 
     for (size_t r = 0; r < height; ++r)
     {

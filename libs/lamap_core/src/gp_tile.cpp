@@ -167,6 +167,29 @@ LAMAP_INLINED void solveForwardBody(const double* factor, const double* inverse,
 }
 
 template <typename V>
+LAMAP_INLINED void subtractProductsBody(size_t count, const GpTile* rows, GpTile* square)
+{
+  constexpr int kParts = Parts<V>::kCount;
+  constexpr size_t kRows = Parts<V>::kLanes;
+  for (size_t first = 0; first < 8; first += kRows)
+  {
+    V sums[kRows][kParts];
+    for (size_t r = 0; r < kRows; ++r)
+      for (int part = 0; part < kParts; ++part) sums[r][part] = partsOf<V>(square[first + r])[part];
+    for (size_t i = 0; i < count; ++i)
+    {
+      for (int part = 0; part < kParts; ++part)
+      {
+        const V column = partsOf<V>(rows[i])[part];
+        for (size_t r = 0; r < kRows; ++r) sums[r][part] -= rows[i][first + r] * column;
+      }
+    }
+    for (size_t r = 0; r < kRows; ++r)
+      for (int part = 0; part < kParts; ++part) partsOf<V>(square[first + r])[part] = sums[r][part];
+  }
+}
+
+template <typename V>
 LAMAP_INLINED void sumRowsBody(const double* weights, size_t count, const GpTile* rows, GpTile& mean,
                                GpTile& squares)
 {
@@ -196,6 +219,8 @@ LAMAP_FOR_EACH_PROCESSOR(matern32, (double factor, double scale, size_t count, G
 LAMAP_FOR_EACH_PROCESSOR(solveForward,
                          (const double* factor, const double* inverse, size_t count, GpTile* rows),
                          (factor, inverse, count, rows))
+LAMAP_FOR_EACH_PROCESSOR(subtractProducts, (size_t count, const GpTile* rows, GpTile* square),
+                         (count, rows, square))
 LAMAP_FOR_EACH_PROCESSOR(sumRows,
                          (const double* weights, size_t count, const GpTile* rows, GpTile& mean,
                           GpTile& squares),

@@ -34,6 +34,9 @@ void matern32(double factor, double scale, size_t count, GpTile* rows);
  * @param factor L by rows, packed: i + 1 numbers in row i; @param inverse 1/L_ii */
 void solveForward(const double* factor, const double* inverse, size_t count, GpTile* rows);
 
+/// square[r][c] −= Σ rows[i][r]·rows[i][c], for eight rows of `square`.
+void subtractProducts(size_t count, const GpTile* rows, GpTile* square);
+
 /// mean[c] = Σ rows[i][c]·weights[i], squares[c] = Σ rows[i][c]².
 void sumRows(const double* weights, size_t count, const GpTile* rows, GpTile& mean, GpTile& squares);
 
