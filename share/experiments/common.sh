@@ -122,3 +122,23 @@ ghm100="hilbertMap creationOpts.preset=thesis"
 ghm1000="hilbertMap creationOpts.preset=thesis creationOpts.components=1000"
 bgk="bgkMap creationOpts.preset=thesis"
 gpom="gpMap creationOpts.preset=la3dm"
+
+# sheet FILE COLUMNS TITLE=PICTURE...: pictures of $out side by side in one, $out/FILE.png.
+sheet()
+{
+  local file=$1 columns=$2
+  shift 2
+  local rows=$((($# + columns - 1) / columns))
+  {
+    echo "set terminal pngcairo size $((columns * 620)),$((rows * 450)) font 'Sans,13'; set output '$file.tmp.png'"
+    echo "unset tics; unset border; unset key; set size ratio -1; set lmargin 0; set rmargin 0; set bmargin 0"
+    echo "set tmargin 1.5; set multiplot layout $rows,$columns"
+    local each
+    for each in "$@"; do
+      echo "set title \"${each%%=*}\" noenhanced offset 0,-0.7"
+      echo "plot '${each#*=}.png' binary filetype=png with rgbimage"
+    done
+    echo "unset multiplot"
+  } | gnuplot
+  mv "$file.tmp.png" "$file.png"
+}

@@ -16,6 +16,6 @@ for pruning in none lossless state; do
     "creationOpts.pruning=$pruning"
   "$lamap" info "$data/figure_4_2_$pruning.lamap.gz" --json > "$data/figure_4_2_$pruning.json"
   number() { grep -m1 "\"$1\":" "$data/figure_4_2_$pruning.json" | tr -dc '0-9.'; }
-  memory=$(grep -A1 '"name": "memory"' "$data/figure_4_2_$pruning.json" | grep value | tr -dc '0-9.')
-  echo "| $pruning | $(number occupied) | $(number free) | $(number unknown) | $memory |" >> "$table"
+  echo "| $pruning | $(number occupied) | $(number free) | $(number unknown) | $(number memory) |" >> "$table"
 done
+sheet figure_4_2 2 "no pruning=figure_4_2_none" "cells of one state joined=figure_4_2_state"

@@ -19,3 +19,10 @@ for scans in 1 15 30 60; do
   echo "| $scans | $(occupied figure_4_7_bgk_thesis_$scans) | $(occupied figure_4_7_bgk_$scans) |" \
     "$(occupied figure_4_7_gp_$scans) |" >> "$table"
 done
+sheets=()
+for map in "bgk_thesis:BGK, thesis" "bgk:BGK, default" "gp:GP, nested BCM"; do
+  for scans in 1 15 30 60; do
+    sheets+=("${map#*:}, $scans scans=figure_4_7_${map%%:*}_$scans")
+  done
+done
+sheet figure_4_7 4 "${sheets[@]}"

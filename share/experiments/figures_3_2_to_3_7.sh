@@ -18,6 +18,11 @@ for name in structured:3_2 unstructured:3_4; do
   picture "$name" "${figure}_ohm" $room overlappingHilbertMap creationOpts.preset=thesis
   picture "$name" "${figure}_overlapping" $room overlappingHilbertMap
   picture "$name" "${figure}_incremental" $room hilbertMap
+  more=()
+  $quick || more=("global Hilbert map, m = 1000=${figure}_ghm1000")
+  sheet "$figure" 3 "OctoMap=${figure}_octomap" "global Hilbert map, m = 100=${figure}_ghm100" "${more[@]}" \
+    "overlapping, thesis=${figure}_ohm" "overlapping, default=${figure}_overlapping" \
+    "incremental, default=${figure}_incremental"
 done
 echo "draw maps of the corridor"
 whole=-1,-1,-0.2,45,19,3.4
@@ -28,4 +33,7 @@ for map in octoMap:octomap overlappingHilbertMap:overlapping hilbertMap:incremen
   view=(--z-max 2.5 --elevation 25 --azimuth -75 --zoom 1.5)
   picture corridor "figure_3_7_${map#*:}" $within "${map%:*}"
 done
-picture corridor figure_3_7_ohm $within overlappingHilbertMap creationOpts.preset=thesis creationOpts.gamma=10
+for figure in figure_3_6 figure_3_7; do
+  sheet $figure 3 "OctoMap=${figure}_octomap" "overlapping, default=${figure}_overlapping" \
+    "incremental, default=${figure}_incremental"
+done

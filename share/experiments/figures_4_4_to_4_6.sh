@@ -15,7 +15,9 @@ for name in structured:4_4 unstructured:4_5; do
   picture "$name" "${figure}_gp" $room gpMap creationOpts.preset=la3dm
   picture "$name" "${figure}_bgk_thesis" $room bgkMap creationOpts.preset=thesis
   picture "$name" "${figure}_bgk" $room bgkMap
+  sheet "$figure" 2 "OctoMap=${figure}_octomap" "GP, nested BCM=${figure}_gp" "BGK, thesis=${figure}_bgk_thesis" \
+    "BGK, default=${figure}_bgk"
 done
 echo "draw a map of the corridor"
 view=(--z-max 2.5)
-picture corridor_dense figure_4_6_bgk -1,-1,-0.2,45,19,3.4 bgkMap
+picture corridor_dense figure_4_6 -1,-1,-0.2,45,19,3.4 bgkMap

@@ -1,0 +1,139 @@
+#!/bin/bash
+# What learned maps are for: maps are built from all beams of a laser and from every 4th, 10th and 30th of them; then stock
+# pf-localization has to find the robot in each, by scans with all beams. How many of 20 runs end within 0.5 m of where
+# the robot is, in MRPT's localization_demo and in a simulated corridor.
+set -euo pipefail
+# shellcheck source=share/experiments/common.sh
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+share=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+start_experiment "$@"
+need pf-localization mrpt-apps
+
+runs=20
+fewer=(1 4 10 30)
+if $quick; then
+  runs=1
+  fewer=(30)
+fi
+office=/usr/share/mrpt/datasets/localization_demo
+if [[ ! -f $office.rawlog ]]; then
+  echo "${0##*/}: needs $office.rawlog (Debian's package mrpt-common)" >&2
+  exit 1
+fi
+
+# Mapping: a drive through the corridor. Localization: part of another drive, by odometry that errs.
+if [[ ! -f $data/drive.rawlog ]]; then
+  echo "simulate corridor"
+  "$lamap" simulate corridor --seed $seed --sensor planar-laser --trajectory driving --scans 120 --range-noise 0.02 \
+    -o "$data/mapping.simplemap" > /dev/null
+  "$lamap" simulate corridor --seed $seed --sensor planar-laser --trajectory driving --scans 60 --range-noise 0.02 \
+    --odometry-noise 0.05 -o "$data/drive.rawlog" > /dev/null
+fi
+
+# Of all kinds of maps the share/pf-localization_KIND.ini that this project brings; of MRPT's own these.
+map_sections()
+{
+  case $1 in
+    grid)
+      # As MRPT's own pf-localization/localization_demo.ini.
+      cat << 'INI'
+[MetricMap]
+occupancyGrid_count    = 1
+likelihoodMapSelection = -1
+[MetricMap_occupancyGrid_00_creationOpts]
+resolution = 0.06
+[MetricMap_occupancyGrid_00_insertOpts]
+mapAltitude                       = 0
+useMapAltitude                    = 0
+maxDistanceInsertion              = 15
+maxOccupancyUpdateCertainty       = 0.55
+considerInvalidRangesAsFreeSpace  = 1
+minLaserScanNoiseStd              = 0.001
+[MetricMap_occupancyGrid_00_likelihoodOpts]
+likelihoodMethod          = 4
+LF_decimation             = 20
+LF_stdHit                 = 0.20
+LF_maxCorrsDistance       = 0.30
+LF_zHit                   = 0.95
+LF_zRandom                = 0.05
+LF_maxRange               = 80
+LF_alternateAverageMethod = 0
+INI
+      ;;
+    octomap)
+      cat << 'INI'
+[MetricMap]
+octoMap_count          = 1
+likelihoodMapSelection = -1
+[MetricMap_octoMap_00_creationOpts]
+resolution = 0.10
+[MetricMap_octoMap_00_insertOpts]
+maxrange = 30
+[MetricMap_octoMap_00_likelihoodOpts]
+decimation = 20
+INI
+      ;;
+    *) sed -n '/^\[MetricMap\]/,$p' "$share/pf-localization_$1.ini" ;;
+  esac
+}
+
+# config KIND LOG MAP AREA: prints the configuration.
+config()
+{
+  local kind=$1 log=$2 map=$3
+  local x0 x1 y0 y1
+  read -r x0 x1 y0 y1 <<< "$4"
+  sed '/^\[MetricMap\]/,$d' "$share/pf-localization_bgk.ini" |
+    sed -e "s|^map_file .*|map_file = $map|; s|^rawlog_file .*|rawlog_file = $log|" \
+      -e "s|^init_PDF_min_x .*|init_PDF_min_x = $x0|; s|^init_PDF_max_x .*|init_PDF_max_x = $x1|" \
+      -e "s|^init_PDF_min_y .*|init_PDF_min_y = $y0|; s|^init_PDF_max_y .*|init_PDF_max_y = $y1|" \
+      -e "s|^particles_count .*|particles_count = 20000|; s|^KLD_maxSampleSize .*|KLD_maxSampleSize = 20000|"
+  map_sections "$kind"
+}
+
+# localize CONFIG GOAL: 1 if a run ends within 0.5 m of "x,y", else 0.
+localize()
+{
+  local folder
+  folder=$(mktemp -d)
+  cp "$1" "$folder/run.ini"
+  (cd "$folder" && "$lamap" run --no-check -- pf-localization run.ini < /dev/null > printed.txt 2>&1) || true
+  grep -o 'PDF estimation: ([-0-9.e]*,[-0-9.e]*' "$folder/printed.txt" | tail -n 1 | sed 's/.*(//' |
+    awk -F, -v goal="$2" 'BEGIN { split(goal, at, ",") } { near = sqrt(($1 - at[1])^2 + ($2 - at[2])^2) < 0.5 }
+      END { print near + 0 }'
+  rm -rf "$folder"
+}
+export -f localize
+export lamap
+
+# experiment NAME MAPPING LOG AREA GOAL: one table.
+experiment()
+{
+  local name=$1 mapping=$2 log=$3 area=$4 goal=$5
+  local table=$out/few_beams_$name.md
+  local kinds=(grid octomap bgk overlapping hilbert)
+  {
+    printf '| rays kept | occupancy grid | COctoMap | CBGKMap | COverlappingHilbertMap | CHilbertMap |\n'
+    printf '|---|---:|---:|---:|---:|---:|\n'
+  } > "$table"
+  local every
+  for every in "${fewer[@]}"; do
+    echo "$name: every $every. ray"
+    "$lamap" thin -i "$mapping" -o "$data/$name.$every.simplemap.gz" --keep-every "$every" > /dev/null
+    local row="| 1/$every |"
+    local kind
+    for kind in "${kinds[@]}"; do
+      config "$kind" "$log" "$data/$name.$every.simplemap.gz" "$area" > "$data/$name.$every.$kind.ini"
+      local found
+      found=$(seq "$runs" | xargs -P "$(nproc)" -I{} bash -c "localize '$data/$name.$every.$kind.ini' '$goal'" |
+        awk '{ sum += $1 } END { print sum + 0 }')
+      echo "  $kind: $found of $runs"
+      row+=" $found |"
+    done
+    echo "$row" >> "$table"
+  done
+}
+
+experiment office "$office.simplemap.gz" "$office.rawlog" "-10 10 -15 -5" 15.9,-10.0
+goal=$(grep -v '^#' "$data/drive.tum" | tail -n 1 | awk '{ print $2 "," $3 }')
+experiment corridor "$data/mapping.simplemap" "$data/drive.rawlog" "0 44 0 18" "$goal"
