@@ -93,7 +93,8 @@ void addCompare(CLI::App& app, Action& action)
   command->add_option("-i,--input", options.inputs.paths, "Logs, as of `lamap build`")->required();
   command->add_option(
       "-m,--map", options.maps,
-      "Kind of map, with settings of its own: -m bgkMap -m 'bgkMap creationOpts.preset=thesis'; "
+      "Kind of map, with settings of its own and a label: -m bgkMap -m 'the thesis: bgkMap "
+      "creationOpts.preset=thesis'; "
       "default: those that -c counts, else bgkMap, overlappingHilbertMap, hilbertMap, octoMap");
   command->add_option("-c,--config", options.configPath, ".ini file for all maps, as of `lamap build`");
   command->add_option("-s,--set", options.settings, "section.key=value for all maps");

@@ -54,7 +54,7 @@ need()
 {
   command -v "$1" > /dev/null && return
   echo "${0##*/}: needs the program $1 (Debian's package $2)" >&2
-  exit 1
+  exit 77  # as ctest takes a test that cannot be run here
 }
 
 # The seed of the worlds that are shown; the defaults were not chosen by it (see defaults.sh).
@@ -117,11 +117,16 @@ view=()
 room=-0.5,-0.5,-0.2,10.5,7.5,2.2
 
 # The maps of the thesis, with its settings.
-ohm="overlappingHilbertMap creationOpts.preset=thesis"
-ghm100="hilbertMap creationOpts.preset=thesis"
-ghm1000="hilbertMap creationOpts.preset=thesis creationOpts.components=1000"
-bgk="bgkMap creationOpts.preset=thesis"
-gpom="gpMap creationOpts.preset=la3dm"
+ohm="OHM, thesis: overlappingHilbertMap creationOpts.preset=thesis"
+ghm100="GHM-100: hilbertMap creationOpts.preset=thesis"
+ghm1000="GHM-1000: hilbertMap creationOpts.preset=thesis creationOpts.components=1000"
+bgk="BGK, thesis: bgkMap creationOpts.preset=thesis"
+gpom="GPOM (LA3DM): gpMap creationOpts.preset=la3dm"
+# This library's defaults.
+our_ohm="OHM, default: overlappingHilbertMap"
+our_incremental="incremental, default: hilbertMap"
+our_bgk="BGK, default: bgkMap"
+octomap="OctoMap: octoMap"
 
 # sheet FILE COLUMNS TITLE=PICTURE...: pictures of $out side by side in one, $out/FILE.png.
 sheet()
@@ -135,8 +140,8 @@ sheet()
     echo "set tmargin 1.5; set multiplot layout $rows,$columns"
     local each
     for each in "$@"; do
-      echo "set title \"${each%%=*}\" noenhanced offset 0,-0.7"
-      echo "plot '${each#*=}.png' binary filetype=png with rgbimage"
+      echo "set title \"${each%=*}\" noenhanced offset 0,-0.7"
+      echo "plot '${each##*=}.png' binary filetype=png with rgbimage"
     done
     echo "unset multiplot"
   } | gnuplot

@@ -18,7 +18,7 @@ fi
 office=/usr/share/mrpt/datasets/localization_demo
 if [[ ! -f $office.rawlog ]]; then
   echo "${0##*/}: needs $office.rawlog (Debian's package mrpt-common)" >&2
-  exit 1
+  exit 77
 fi
 
 # Mapping: a drive through the corridor. Localization: part of another drive, by odometry that errs.

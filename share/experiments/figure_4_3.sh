@@ -7,6 +7,6 @@ start_experiment "$@"
 
 worlds
 for name in structured unstructured; do
-  compare "$name" "figure_4_3_$name" -m octoMap -m "$gpom" -m "$bgk" -m bgkMap \
+  compare "$name" "figure_4_3_$name" -m "$octomap" -m "$gpom" -m "$bgk" -m "$our_bgk" \
     --roc "$out/figure_4_3_$name.png"
 done

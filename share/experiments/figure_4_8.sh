@@ -9,8 +9,8 @@ start_experiment "$@"
 worlds
 sheets=()
 for name in structured unstructured; do
-  compare "$name" "figure_4_8_$name" -m octoMap -m "$gpom" -m "$bgk" -m "$bgk insertOpts.freeSpace=line" \
-    -m "bgkMap insertOpts.freeSpace=line"
+  compare "$name" "figure_4_8_$name" -m "$octomap" -m "$gpom" -m "$bgk" -m "BGK lines, thesis: ${bgk#*: } insertOpts.freeSpace=line" \
+    -m "BGK lines, default: bgkMap insertOpts.freeSpace=line"
   # The thesis's lines end at their hits and outweigh them: with its settings no cell reaches the threshold.
   picture "$name" "figure_4_8_${name}_octomap" $room octoMap
   picture "$name" "figure_4_8_${name}_gp" $room gpMap creationOpts.preset=la3dm

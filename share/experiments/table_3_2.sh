@@ -6,7 +6,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 start_experiment "$@"
 
 worlds
-maps=(-m octoMap -m "$ghm100")
+maps=(-m "$octomap" -m "$ghm100")
 $quick || maps+=(-m "$ghm1000")
-compare unstructured table_3_2 "${maps[@]}" -m "$ohm" -m overlappingHilbertMap -m hilbertMap \
+compare unstructured table_3_2 "${maps[@]}" -m "$ohm" -m "$our_ohm" -m "$our_incremental" \
   --roc "$out/figure_3_5.png"

@@ -9,8 +9,8 @@ start_experiment "$@"
 worlds
 corridor
 for name in structured unstructured corridor; do
-  maps=(-m octoMap -m "$ghm100")
+  maps=(-m "$octomap" -m "$ghm100")
   # The corridor's 2.3 million training points with 1,000 features each are more than fits into memory.
   $quick || [[ $name == corridor ]] || maps+=(-m "$ghm1000")
-  compare "$name" "table_3_3_$name" "${maps[@]}" -m "$ohm" -m overlappingHilbertMap -m hilbertMap
+  compare "$name" "table_3_3_$name" "${maps[@]}" -m "$ohm" -m "$our_ohm" -m "$our_incremental"
 done

@@ -9,5 +9,5 @@ start_experiment "$@"
 worlds
 corridor
 for name in structured unstructured corridor_dense; do
-  compare "$name" "table_4_1_${name%_dense}" -m octoMap -m "$gpom" -m "$bgk" -m bgkMap
+  compare "$name" "table_4_1_${name%_dense}" -m "$octomap" -m "$gpom" -m "$bgk" -m "$our_bgk"
 done

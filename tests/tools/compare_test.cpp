@@ -112,7 +112,8 @@ TEST_F(Compare, ThePageHoldsTableAndPicturesOfTruthAndMaps)
   for (const char* cell : {"0.55,0.05,0.05,0", "0.65,0.05,0.05,0", "1.95,0.05,0.05,1", "2.05,0.05,0.05,1"})
     truth += std::string(cell) + "\n";
   folder_.write("truth.csv", truth);
-  options_.maps = {"bgkMap creationOpts.planar=true", "occupancyGrid", "bgkMap insertOpts.freeThreshold=0.2"};
+  options_.maps = {"bgkMap creationOpts.planar=true", "occupancyGrid",
+                   "strict: bgkMap insertOpts.freeThreshold=0.2"};
   options_.truthPath = folder_ / "truth.csv";
   options_.pagePath = folder_ / "page.html";
   options_.tablePath = folder_ / "table.md";
@@ -126,6 +127,7 @@ TEST_F(Compare, ThePageHoldsTableAndPicturesOfTruthAndMaps)
     return count;
   };
   EXPECT_EQ(countOf("<tr>"), 4U);
+  EXPECT_EQ(comparison.maps[2].name, "strict");
   std::istringstream table(fileContent(options_.tablePath));
   std::string line;
   std::getline(table, line);

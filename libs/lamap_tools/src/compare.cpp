@@ -24,15 +24,23 @@ namespace lamap::tools
 {
 namespace
 {
-/// "bgkMap a.b=c d.e=f" taken apart.
-MapRequest requestOf(const std::string& text, const CompareOptions& options)
+/// "label: bgkMap a.b=c d.e=f" taken apart.
+struct NamedRequest
 {
-  MapRequest request{"", options.configPath, options.settings};
-  std::istringstream words(text);
-  words >> request.mapName;
-  if (request.mapName.empty()) throw UsageError("-m '': expected the name of a map");
-  for (std::string word; words >> word;) request.settings.push_back(word);
-  return request;
+  std::string name;
+  MapRequest request;
+};
+
+NamedRequest requestOf(const std::string& text, const CompareOptions& options)
+{
+  const size_t colon = text.find(": ");
+  const bool labelled = colon != std::string::npos;
+  NamedRequest named{labelled ? text.substr(0, colon) : text, {"", options.configPath, options.settings}};
+  std::istringstream words(labelled ? text.substr(colon + 2) : text);
+  words >> named.request.mapName;
+  if (named.request.mapName.empty()) throw UsageError("-m '" + text + "': expected the name of a map");
+  for (std::string word; words >> word;) named.request.settings.push_back(word);
+  return named;
 }
 
 std::vector<std::string> namesOfMaps(const CompareOptions& options)
@@ -57,16 +65,16 @@ std::optional<uint64_t> memoryOf(const mrpt::maps::CMetricMap& map)
 class Builder
 {
  public:
-  Builder(const std::string& name, const CompareOptions& options)
+  Builder(const NamedRequest& named, const CompareOptions& options)
   {
-    built_.name = name;
-    const MapDefinition definition = readMapDefinition(requestOf(name, options));
+    built_.name = named.name;
+    const MapDefinition definition = readMapDefinition(named.request);
     built_.map = createMap(definition);
     if (auto* learned = dynamic_cast<CLearnedMap*>(built_.map.get()))
       learned->setThreadCount(options.threads);
     built_.cells = cellsOf(built_.map);
     if (!built_.cells)
-      throw UsageError("-m " + name + ": a " + built_.map->GetRuntimeClass()->className +
+      throw UsageError("-m " + built_.name + ": a " + built_.map->GetRuntimeClass()->className +
                        " has no cells to compare");
     inserter_ = std::make_unique<ScanInserter>(*built_.map);
     rules_ = labelRulesFor(*built_.map, *built_.cells, options.maxRange_m);
@@ -189,12 +197,13 @@ std::vector<Builder> buildersFor(const CompareOptions& options)
 {
   std::vector<Builder> builders;
   std::vector<std::string> names;
-  for (const std::string& name : namesOfMaps(options))
+  for (const std::string& text : namesOfMaps(options))
   {
-    if (std::find(names.begin(), names.end(), name) != names.end())
-      throw UsageError("-m " + name + ": twice the same map");
-    names.push_back(name);
-    builders.emplace_back(name, options);
+    const NamedRequest named = requestOf(text, options);
+    if (std::find(names.begin(), names.end(), named.name) != names.end())
+      throw UsageError("-m " + text + ": twice the same map, or the same label");
+    names.push_back(named.name);
+    builders.emplace_back(named, options);
   }
   return builders;
 }

@@ -21,8 +21,9 @@ namespace lamap::tools
 struct CompareOptions
 {
   InputOptions inputs;
-  /** What to build: "bgkMap", or with settings of its own "bgkMap insertOpts.kernelSupport=0.3 ...". Empty:
-   * the maps that configPath counts, and without it bgkMap, overlappingHilbertMap, hilbertMap and octoMap. */
+  /** What to build: "bgkMap", or with settings of its own "bgkMap insertOpts.kernelSupport=0.3 ...", or with
+   * a label to name it by "wide: bgkMap insertOpts.kernelSupport=0.3 ...". Empty: the maps that configPath
+   * counts, and without it bgkMap, overlappingHilbertMap, hilbertMap and octoMap. */
   std::vector<std::string> maps;
   /// As MapRequest::configPath, for all maps; empty: none.
   std::string configPath;
@@ -45,7 +46,7 @@ struct CompareOptions
 
 struct ComparedMap
 {
-  std::string name;  ///< as it was asked for
+  std::string name;  ///< its label, or as it was asked for
   mrpt::maps::CMetricMap::Ptr map;
   std::shared_ptr<CellMap> cells;
   InsertionTally scans;
