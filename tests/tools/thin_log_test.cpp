@@ -175,7 +175,8 @@ TEST(ThinLog, OfALogThatWasCutShortIsWrittenWhatThereIs)
   Objects log;
   for (int i = 0; i < 5; ++i) log.push_back(laser(at(i)));
   writeLog(folder / "log.rawlog", log);
-  std::filesystem::resize_file(folder / "log.rawlog", std::filesystem::file_size(folder / "log.rawlog") * 3 / 4);
+  std::filesystem::resize_file(folder / "log.rawlog",
+                               std::filesystem::file_size(folder / "log.rawlog") * 3 / 4);
   const ThinReport report = thinLog(optionsFor(folder / "log.rawlog", folder / "thin.rawlog"));
   EXPECT_TRUE(report.saved && report.damage);
   EXPECT_LT(report.thinned.begin()->second, 5U);

@@ -137,8 +137,8 @@ class HilbertMap
                       const HilbertInference& inference, unsigned threads, Workspace& work) const;
   void learnOnNystroem(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
                        unsigned threads, Workspace& work) const;
-  void keepPoints(const HilbertTrainingSet& set, const HilbertFrame& frame,
-                  const HilbertInference& inference, unsigned threads);
+  void keepPoints(const HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
+                  unsigned threads);
   [[nodiscard]] HilbertTrainingSet keptPoints(HilbertFrame& frame) const;
   [[nodiscard]] std::vector<HilbertState::CellPoints> sortedCells() const;
   void trainBatch(unsigned threads) const;
