@@ -57,8 +57,9 @@ void addBuild(CLI::App& app, Action& action)
           "-i,--input", options.inputs.paths,
           "Logs: .rawlog, .simplemap[.gz], .pcd or a folder of them, .graph; one named twice is used twice")
       ->required();
-  command->add_option("-m,--map", options.map.mapName,
-                      "Kind of map: bgkMap, or one of MRPT's own, e.g. octoMap");
+  command->add_option(
+      "-m,--map", options.map.mapName,
+      "Kind of map: bgkMap, hilbertMap, overlappingHilbertMap, gpMap, or one of MRPT's own, e.g. octoMap");
   command->add_option("-c,--config", options.map.configPath,
                       ".ini file with [map] and [map_<kind>_00_...]; without -m, the map that it counts");
   command->add_option("-o,--output", options.outPath, "Where to save: .lamap.gz; with -m octoMap also .ot")

@@ -138,7 +138,7 @@ void describeHeldOut(CLI::App& command, Arguments& arguments)
   auto* input = command.add_option("-i,--input", options.inputs.paths, "Logs, as of `lamap build`");
   every->needs(input);
   onlyHeldOut(input);
-  onlyHeldOut(command.add_option("-m,--map", options.map.mapName, "Kind of map: bgkMap, octoMap, ..."));
+  onlyHeldOut(command.add_option("-m,--map", options.map.mapName, "Kind of map, as of `lamap build`"));
   onlyHeldOut(command.add_option("-c,--config", options.map.configPath, ".ini file, as of `lamap build`"));
   onlyHeldOut(
       command.add_option("-s,--set", options.map.settings, "section.key=value over what the file says"));

@@ -49,7 +49,7 @@ void addTune(CLI::App& app, Action& action)
   CLI::App* command =
       app.add_subcommand("tune", "Search a map's options by how well scans of a log predict each other");
   command->add_option("-i,--input", options.inputs.paths, "Logs, as of `lamap build`")->required();
-  command->add_option("-m,--map", options.map.mapName, "Kind of map: bgkMap, octoMap, ...");
+  command->add_option("-m,--map", options.map.mapName, "Kind of map, as of `lamap build`");
   command->add_option("-c,--config", options.map.configPath, ".ini file to start from, as of `lamap build`");
   // Values are separated by commas, which are the search's own business.
   command

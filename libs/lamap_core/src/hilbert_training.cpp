@@ -229,7 +229,7 @@ void HilbertSampler::Workspace::collectFan(const SelectedFan& fan, const Hilbert
       extend(*local);
       visit(*local);
       if (once)
-        groups.add(*local);
+        groups.add(cellKey(*local), *local);
       else
         addRay(*origin, *local, margin);
     }

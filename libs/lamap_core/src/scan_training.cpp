@@ -1,7 +1,7 @@
+#include <lamap_core/point_groups.h>
 #include <lamap_core/scan_training.h>
 
 #include <tbb/parallel_for.h>
-#include <tsl/robin_map.h>
 
 #include <algorithm>
 #include <cmath>
@@ -41,71 +41,6 @@ class FreeSamples
   double step_;
   double length_;
   int64_t count_;
-};
-
-/// Points of one group, to be averaged.
-struct Group
-{
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  uint32_t count = 0;
-
-  [[nodiscard]] Eigen::Vector3d mean() const { return sum / count; }
-};
-
-/// Three signed 21-bit coordinates in one number.
-uint64_t packKey(int64_t x, int64_t y, int64_t z)
-{
-  constexpr uint64_t kMask = (uint64_t{1} << 21) - 1;
-  return (static_cast<uint64_t>(x) & kMask) | (static_cast<uint64_t>(y) & kMask) << 21 |
-         (static_cast<uint64_t>(z) & kMask) << 42;
-}
-
-uint64_t cellKey(const Eigen::Vector3d& local)
-{
-  return packKey(localCell(local.x()), localCell(local.y()), localCell(local.z()));
-}
-
-struct KeyHash
-{
-  [[nodiscard]] size_t operator()(uint64_t key) const noexcept
-  {
-    key *= 0x9E3779B97F4A7C15ULL;
-    return static_cast<size_t>(key ^ (key >> 32));
-  }
-};
-
-/// Groups points by a key, in the order of each group's first point.
-class PointGroups
-{
- public:
-  void clear()
-  {
-    numbers_.clear();
-    groups_.clear();
-  }
-
-  void add(uint64_t key, const Eigen::Vector3d& point)
-  {
-    if (groups_.empty() || key != lastKey_)
-    {
-      const auto [entry, added] = numbers_.emplace(key, static_cast<uint32_t>(groups_.size()));
-      if (added) groups_.emplace_back().first = point;
-      lastKey_ = key;
-      lastNumber_ = entry->second;
-    }
-    Group& group = groups_[lastNumber_];
-    group.sum += point;
-    ++group.count;
-  }
-
-  [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
-
- private:
-  tsl::robin_map<uint64_t, uint32_t, KeyHash> numbers_;
-  std::vector<Group> groups_;
-  uint64_t lastKey_ = 0;
-  uint32_t lastNumber_ = 0;
 };
 
 /// A bounding box of cells relative to the anchor.
@@ -225,7 +160,7 @@ uint64_t groupKey(const Eigen::Vector3d& local, TrainingPoints kind, double edge
 
 void ScanTrainer::Workspace::addRays(const Eigen::Vector3d& origin, double margin)
 {
-  for (const Group& group : groups.groups())
+  for (const PointGroup& group : groups.groups())
   {
     const Eigen::Vector3d ray = group.mean() - origin;
     const double length = ray.norm();
@@ -267,7 +202,7 @@ void ScanTrainer::Workspace::collectFan(SelectedFan& fan, const TrainingRules& r
       });
   if (!asCells)
   {
-    for (const Group& group : groups.groups()) set.hitPoints.push_back(group.mean());
+    for (const PointGroup& group : groups.groups()) set.hitPoints.push_back(group.mean());
   }
   if (localOrigin)
   {
@@ -297,7 +232,7 @@ void ScanTrainer::Workspace::markHits(const TrainingRules& rules, const BlockOff
 {
   const bool asCells = rules.points == TrainingPoints::Cells;
   MaskMarker marker(set.blocks, set.masks, offset);
-  for (const Group& group : rawHits.groups())
+  for (const PointGroup& group : rawHits.groups())
   {
     const int32_t x = localCell(group.first.x());
     const int32_t y = localCell(group.first.y());
@@ -357,7 +292,7 @@ void ScanTrainer::Workspace::sampleFreePoints(double step, double downsampling_c
         set.freePoints.push_back(point);
     }
   }
-  for (const Group& group : groups.groups()) set.freePoints.push_back(group.mean());
+  for (const PointGroup& group : groups.groups()) set.freePoints.push_back(group.mean());
 }
 
 ScanTrainer::ScanTrainer() : workspace_(std::make_unique<Workspace>()) {}

@@ -200,6 +200,19 @@ std::string resolveMapName(const std::string& name)
   throw UsageError("-m " + name + ": no map of this name; did you mean " + nearestOf(name, names) + "?");
 }
 
+namespace
+{
+/// The readers of configurations name files' sections, which who gives settings has not.
+std::string asSettingsSay(std::string message, const std::string& map)
+{
+  for (const std::string& part :
+       {std::string(kSection) + "_" + map + "_00_", std::string(" of the configuration")})
+    for (size_t at = message.find(part); at != std::string::npos; at = message.find(part))
+      message.erase(at, part.size());
+  return message;
+}
+}  // namespace
+
 std::vector<std::string> mapsCountedIn(const std::string& configPath)
 {
   std::vector<std::string> names;
@@ -254,7 +267,7 @@ MapDefinition readMapDefinition(const MapRequest& request)
   }
   catch (const std::exception& error)
   {
-    throw UsageError("-s " + compat::messageOf(error));
+    throw UsageError("-s " + asSettingsSay(compat::messageOf(error), result.name));
   }
   return result;
 }

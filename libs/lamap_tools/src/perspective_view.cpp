@@ -170,6 +170,12 @@ Legend legendFor(const CellMap& map, const Cells& cells, const RenderOptions& op
     legend.fractionAtTo = kHighest;
     legend.from = cells.frame.first.z * r;
     legend.to = (cells.frame.last.z + 1.0) * r;
+    // Of one layer the heights tell nothing.
+    if (cells.frame.first.z == cells.frame.last.z)
+    {
+      legend.to = legend.from;
+      legend.swatches.push_back({paletteColor(legend.palette, 0.5 * kHighest), "occupied"});
+    }
   }
   if (options.showFree)
     legend.swatches.push_back({mixed(kBackground, kFreeSurface, kFreeOpacity), "free space"});
@@ -185,8 +191,9 @@ VoxelMesh::ColorOf colorsFor(const Cells& cells, const Legend& legend, const Ren
       quantity = static_cast<double>(quantityOf(cells, cell));
     else
       quantity = cells.extent.first.z * r + (cell.z + 0.5) * std::ldexp(r, cells.coarseness);
-    return paletteColor(legend.palette,
-                        legend.fractionAtTo * (quantity - legend.from) / (legend.to - legend.from));
+    const double fraction =
+        legend.to > legend.from ? (quantity - legend.from) / (legend.to - legend.from) : 0.5;
+    return paletteColor(legend.palette, legend.fractionAtTo * fraction);
   };
 }
 

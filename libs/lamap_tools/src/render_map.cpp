@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
+#include <system_error>
 
 #include "flat_view.h"
 #include "perspective_view.h"
@@ -18,6 +19,16 @@ namespace
 {
 constexpr int kMinPixels = 320;
 constexpr int kMaxPixels = 8192;
+
+/// The picture's writer does not say why it failed.
+[[noreturn]] void failWriting(const std::string& path, const std::string& temporaryPath)
+{
+  constexpr std::uintmax_t kFull = 16 * 1024;  // [bytes]
+  std::error_code error;
+  const auto space = std::filesystem::space(temporaryPath, error);
+  throw std::runtime_error(path + ": cannot be written" +
+                           (!error && space.available < kFull ? ": No space left on device" : ""));
+}
 
 void requireLegalBox(const mrpt::math::TBoundingBox& box)
 {
@@ -81,7 +92,7 @@ void renderMap(const CellMap& map, const std::string& path, const RenderOptions&
   requireDrawable(path, options);
   AtomicFile file(path);
   const mrpt::img::CImage picture = drawMap(map, options);
-  if (!picture.saveToFile(file.temporaryPath())) throw std::runtime_error(path + ": cannot be written");
+  if (!picture.saveToFile(file.temporaryPath())) failWriting(path, file.temporaryPath());
   file.commit();
 }
 

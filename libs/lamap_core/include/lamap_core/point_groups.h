@@ -12,13 +12,28 @@ namespace lamap
 /// Points of one group, to be averaged.
 struct PointGroup
 {
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   uint32_t count = 0;
 
   [[nodiscard]] Eigen::Vector3d mean() const { return sum / count; }
 };
 
-/// Groups points of a scan's frame by their cell, in the order of each cell's first point.
+/// Three signed 21-bit coordinates in one number.
+[[nodiscard]] inline uint64_t packKey(int64_t x, int64_t y, int64_t z)
+{
+  constexpr uint64_t kMask = (uint64_t{1} << 21) - 1;
+  return (static_cast<uint64_t>(x) & kMask) | (static_cast<uint64_t>(y) & kMask) << 21 |
+         (static_cast<uint64_t>(z) & kMask) << 42;
+}
+
+/// Of a point's cell. @param local [cells], within ScanFrame::kReach_cells
+[[nodiscard]] inline uint64_t cellKey(const Eigen::Vector3d& local)
+{
+  return packKey(localCell(local.x()), localCell(local.y()), localCell(local.z()));
+}
+
+/// Groups points by a key, in the order of each group's first point.
 class PointGroups
 {
  public:
@@ -28,19 +43,17 @@ class PointGroups
     groups_.clear();
   }
 
-  /// @param local [cells], within ScanFrame::kReach_cells
-  void add(const Eigen::Vector3d& local)
+  void add(uint64_t key, const Eigen::Vector3d& point)
   {
-    const uint64_t key = keyOf(local);
     if (groups_.empty() || key != lastKey_)
     {
       const auto [entry, added] = numbers_.emplace(key, static_cast<uint32_t>(groups_.size()));
-      if (added) groups_.emplace_back();
+      if (added) groups_.emplace_back().first = point;
       lastKey_ = key;
       lastNumber_ = entry->second;
     }
     PointGroup& group = groups_[lastNumber_];
-    group.sum += local;
+    group.sum += point;
     ++group.count;
   }
 
@@ -55,15 +68,6 @@ class PointGroups
       return static_cast<size_t>(key ^ (key >> 32));
     }
   };
-
-  /// Three signed 21-bit coordinates in one number.
-  [[nodiscard]] static uint64_t keyOf(const Eigen::Vector3d& local)
-  {
-    constexpr uint64_t kMask = (uint64_t{1} << 21) - 1;
-    const auto part = [](double coordinate)
-    { return static_cast<uint64_t>(int64_t{localCell(coordinate)}) & kMask; };
-    return part(local.x()) | part(local.y()) << 21 | part(local.z()) << 42;
-  }
 
   tsl::robin_map<uint64_t, uint32_t, KeyHash> numbers_;
   std::vector<PointGroup> groups_;
