@@ -112,9 +112,10 @@ experiment()
   local name=$1 mapping=$2 log=$3 area=$4 goal=$5
   local table=$out/few_beams_$name.md
   local kinds=(grid octomap bgk overlapping hilbert)
+  ! $quick || kinds=(grid bgk)
   {
-    printf '| rays kept | occupancy grid | COctoMap | CBGKMap | COverlappingHilbertMap | CHilbertMap |\n'
-    printf '|---|---:|---:|---:|---:|---:|\n'
+    printf '| rays kept |%s\n' "$(printf ' %s |' "${kinds[@]}")"
+    printf '|---|%s\n' "$(printf -- '---:|%.0s' "${kinds[@]}")"
   } > "$table"
   local every
   for every in "${fewer[@]}"; do

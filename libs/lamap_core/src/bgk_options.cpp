@@ -1,6 +1,7 @@
 #include <lamap_core/bgk_options.h>
 
 #include <lamap_core/legal_range.h>
+#include <lamap_core/ray_selection.h>
 
 #include <cmath>
 #include <tuple>
@@ -20,11 +21,6 @@ auto fieldsOf(const BgkInference& i)
                   i.freeDownsampling, i.hitDownsampling, i.protectHits, i.kernel, i.kernelSupport,
                   i.kernelScale, i.minRange, i.maxRange, i.considerInvalidRangesAsFreeSpace, i.rayDecimation,
                   i.thresholds.free, i.thresholds.occupied, i.thresholds.variance);
-}
-
-void requireNotNegative(const char* name, double value)
-{
-  requireLegal(value >= 0 && std::isfinite(value), name, value, "a finite number >= 0");
 }
 
 }  // namespace
@@ -77,10 +73,7 @@ void BgkInference::validate(double resolution_m) const
                "kernelSupport", *filled.kernelSupport, "a length [m] > 0, at most 64 times the resolution");
   requireLegal(kernelScale > 0 && kernelScale <= 1e3, "kernelScale", kernelScale,
                "a number > 0, at most 1000");
-  requireNotNegative("minRange", minRange);
-  requireNotNegative("maxRange", maxRange);
-  requireLegal(maxRange == 0 || maxRange > minRange, "maxRange", maxRange, "0, or more than minRange");
-  requireLegal(rayDecimation >= 1, "rayDecimation", rayDecimation, "a whole number >= 1");
+  RangeLimits{minRange, maxRange, considerInvalidRangesAsFreeSpace, rayDecimation}.validate();
   thresholds.validate();
 }
 

@@ -80,10 +80,7 @@ void GpInference::validate(double resolution_m) const
   requireLegal(lengthScale >= 1e-2 * resolution_m && lengthScale <= 1e6, "lengthScale", lengthScale,
                "a length [m] of at least 1/100 of the resolution");
   requireLegal(maxPoints >= 1 && maxPoints <= 4096, "maxPoints", maxPoints, "a whole number from 1 to 4096");
-  requireLegal(minRange >= 0 && std::isfinite(minRange), "minRange", minRange, "a finite number >= 0");
-  requireLegal(maxRange >= 0 && std::isfinite(maxRange), "maxRange", maxRange, "a finite number >= 0");
-  requireLegal(maxRange == 0 || maxRange > minRange, "maxRange", maxRange, "0, or more than minRange");
-  requireLegal(rayDecimation >= 1, "rayDecimation", rayDecimation, "a whole number >= 1");
+  rangeLimits().validate();
   thresholds.validate();
 }
 

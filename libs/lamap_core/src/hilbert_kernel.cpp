@@ -84,10 +84,22 @@ AxisReaches::AxisReaches(const CompactKernel& kernel, double spacing_m)
 
 void AxisReaches::requireReach(const CompactKernel& kernel, double spacing_m)
 {
+  const double least_m = 2 * kernel.support_m() / (AxisReach::kMaxSites - 1);
+  // Half a cube's diagonal: every place has a site within the support.
+  const double most_m = 2 / std::sqrt(3.0) * kernel.support_m();
   requireLegal(spacing_m > 0 && std::isfinite(spacing_m), "latticeSpacing", spacing_m, "a finite length > 0");
-  requireLegal(2 * kernel.support_m() / spacing_m + 1 <= AxisReach::kMaxSites, "latticeSpacing", spacing_m,
-               "at least " + std::to_string(2 * kernel.support_m() / (AxisReach::kMaxSites - 1)) +
-                   ", 2/15 of the features' support");
+  requireLegal(2 * kernel.support_m() / spacing_m + 1 <= AxisReach::kMaxSites && spacing_m <= most_m,
+               "latticeSpacing", spacing_m,
+               "from " + shortText(least_m) + " to " + shortText(most_m) +
+                   " m, 0.13 to 1.15 times the support for gamma = " + shortText(kernel.gamma()));
+}
+
+void requireSupport(const CompactKernel& kernel, double resolution_m)
+{
+  constexpr double kMaxSupport_cells = 64.0;
+  requireLegal(kernel.support_m() <= kMaxSupport_cells * resolution_m, "gamma", kernel.gamma(),
+               "so large that the kernel's support, " + shortText(kernel.support_m()) +
+                   " m, is at most 64 times the resolution, " + shortText(resolution_m) + " m");
 }
 
 namespace

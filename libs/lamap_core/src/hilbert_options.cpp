@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 namespace lamap
 {
@@ -26,6 +27,7 @@ void HilbertStructure::validate() const
   requireLegal(std::abs(planarHeight / resolution) < 2e9, "planarHeight", planarHeight,
                "a height that cells can address");
   AxisReaches::requireReach(kernel(), latticeSpacing);
+  requireSupport(kernel(), resolution);
   requireLegal(components >= 1 && components <= 5000, "components", components,
                "a whole number from 1 to 5000");
   requireLegal(priorPrecision >= 1e-6 && priorPrecision <= 1e6, "priorPrecision", priorPrecision,
@@ -60,10 +62,13 @@ RangeLimits HilbertInference::rangeLimits() const
 
 void HilbertInference::validate(const HilbertStructure& structure) const
 {
+  rangeLimits().validate();
   HilbertSampling::validate();
   const HilbertSolver chosen = solverFor(structure.training);
   if (structure.training == HilbertTraining::Incremental && chosen != HilbertSolver::Lbfgs)
-    throw std::invalid_argument("solver: training = incremental needs lbfgs, which gives a posterior");
+    throw std::invalid_argument(std::string("solver = ") +
+                                (chosen == HilbertSolver::SgdL1 ? "sgdL1" : "sgdL2") +
+                                ": training = incremental needs lbfgs, which gives a posterior");
   if (structure.training == HilbertTraining::Sgd && chosen == HilbertSolver::Lbfgs)
     throw std::invalid_argument("solver = lbfgs: training = sgd needs sgdL1 or sgdL2");
   const uint32_t most = iterationsFor(structure.training);

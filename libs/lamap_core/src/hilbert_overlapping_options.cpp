@@ -51,7 +51,7 @@ void OverlappingStructure::validate() const
   requireLegal(std::abs(planarHeight) <= 1e9 * resolution, "planarHeight", planarHeight,
                "a finite height [m] within 1e9 cells");
   requireFromTo("gamma", resolvedGamma(), 1e-6, 1e9, "a number [1/m^2] from 1e-6 to 1e9");
-  requireFromTo("components", components, 1, 4096, "a whole number from 1 to 4096");
+  requireFromTo("components", components, 1, 5000, "a whole number from 1 to 5000");
   requireFromTo("priorPrecision", priorPrecision, 1e-9, 1e9, "a number from 1e-9 to 1e9");
   requireFromTo("outOfFieldLimit", outOfFieldLimit, 0, 1e3, "a number from 0 to 1000");
   if (features != HilbertFeatures::Compact) return;
@@ -59,19 +59,12 @@ void OverlappingStructure::validate() const
   const CompactKernel kernel(resolvedGamma(), cutoff);
   (void)AxisReaches(kernel, latticeSpacing);  // refuses a lattice too fine for the kernel
   requireLegal(latticeSpacing <= 1e4, "latticeSpacing", latticeSpacing, "a length [m], at most 10000");
-  // A kernel of hundreds of cells is a mistake in the unit, and would not end.
-  constexpr double kMaxSupport_cells = 64.0;
-  requireLegal(kernel.support_m() <= kMaxSupport_cells * resolution, "gamma", resolvedGamma(),
-               "so large that the kernel's support, " + std::to_string(kernel.support_m()) +
-                   " m, is at most 64 times the resolution");
+  requireSupport(kernel, resolution);
 }
 
 void OverlappingInference::validate() const
 {
-  requireNotNegative("minRange", minRange);
-  requireNotNegative("maxRange", maxRange);
-  requireLegal(maxRange == 0 || maxRange > minRange, "maxRange", maxRange, "0, or more than minRange");
-  requireLegal(rayDecimation >= 1, "rayDecimation", rayDecimation, "a whole number >= 1");
+  rangeLimits().validate();
   HilbertSampling::validate();
   requireFromTo("iterations", iterations, 1, 10000, "a whole number from 1 to 10000");
   requireFromTo("alpha", alpha, 1e-12, 1e6, "a number from 1e-12 to 1e6");

@@ -73,6 +73,15 @@ class FanSelector
 
 }  // namespace
 
+void RangeLimits::validate() const
+{
+  requireLegal(min_m >= 0 && std::isfinite(min_m), "minRange", min_m, "a finite number >= 0");
+  requireLegal(max_m >= 0 && std::isfinite(max_m), "maxRange", max_m, "a finite number >= 0");
+  requireLegal(max_m == 0 || max_m > min_m, "maxRange", max_m,
+               "0, or more than minRange, " + shortText(min_m));
+  requireLegal(decimation >= 1, "rayDecimation", decimation, "a whole number >= 1");
+}
+
 RayCounts& RayCounts::operator+=(const RayCounts& other)
 {
   hits += other.hits;
@@ -87,11 +96,7 @@ RayCounts& RayCounts::operator+=(const RayCounts& other)
 
 SelectedRays selectRays(const Scan& scan, const RangeLimits& limits)
 {
-  requireLegal(limits.min_m >= 0 && std::isfinite(limits.min_m), "minRange", limits.min_m,
-               "a finite length >= 0");
-  requireLegal(limits.max_m >= 0 && std::isfinite(limits.max_m), "maxRange", limits.max_m,
-               "a finite length >= 0");
-  requireLegal(limits.decimation >= 1, "rayDecimation", limits.decimation, "a whole number >= 1");
+  limits.validate();
 
   SelectedRays rays;
   uint32_t untilNext = 0;

@@ -124,6 +124,24 @@ void save(const CMetricMap::Ptr& map, const std::string& path)
     saveMapFile(*map, path);
 }
 
+/// Some maps train their model on all scans when they are first asked.
+void train(const CMetricMap& map, size_t scans)
+{
+  const auto* learned = dynamic_cast<const CLearnedMap*>(&map);
+  if (learned == nullptr) return;
+  try
+  {
+    (void)learned->estimateAt({0, 0, 0});
+  }
+  catch (const std::length_error& error)
+  {
+    throw std::runtime_error("the model of " + std::to_string(scans) +
+                             " scans cannot be trained: " + error.what() +
+                             "; nothing is written. Fewer of them: insertOpts.rayDecimation, freeResolution, "
+                             "or trainingPoints = cells");
+  }
+}
+
 std::string reasonsOf(const BuildReport& report)
 {
   std::string reasons = reasonsOf(report.scans);
@@ -197,6 +215,8 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
     if (report.stopped) return report;
     throw std::runtime_error("not one usable scan; nothing is written" + reasonsOf(report));
   }
+  train(*map, report.scans.usedCount());
+  report.stopped = report.stopped || options.inputs.shouldStop();
   save(map, options.outPath);
   report.saved = true;
   if (!isOctree(options.outPath) && std::dynamic_pointer_cast<mrpt::maps::COctoMap>(map))

@@ -89,6 +89,10 @@ struct AxisWindow
   [[nodiscard]] float factor(int32_t i) const { return reach->factors[static_cast<size_t>(i)]; }
 };
 
+/** A kernel of hundreds of cells is a mistake in the unit; to list its cells would not end.
+ * @throws std::invalid_argument naming gamma and what is legal */
+void requireSupport(const CompactKernel& kernel, double resolution_m);
+
 /** Finds the sites of a lattice that a coordinate reaches, with its factors of the kernel.
  *
  * They depend on where in its site the coordinate is, to 2^-24 m, and not on where the site is: wherever on a
@@ -101,7 +105,8 @@ class AxisReaches
    *  @throws std::invalid_argument as requireReach() */
   AxisReaches(const CompactKernel& kernel, double spacing_m);
 
-  /// @throws std::invalid_argument if the kernel reaches more than AxisReach::kMaxSites sites of a lattice.
+  /// @throws std::invalid_argument if the kernel reaches more than AxisReach::kMaxSites sites of a lattice,
+  /// or leaves places between the sites that none of them reaches.
   static void requireReach(const CompactKernel& kernel, double spacing_m);
 
   /// @param coordinate [m] from the corner of site 0, below 1e6. Valid until the next call.

@@ -8,4 +8,7 @@ namespace lamap
  * @throws std::invalid_argument "<name> = <value>: must be <legal>" unless the condition holds. */
 void requireLegal(bool condition, const char* name, double value, const std::string& legal);
 
+/// A number in its shortest form, for messages.
+[[nodiscard]] std::string shortText(double value);
+
 }  // namespace lamap

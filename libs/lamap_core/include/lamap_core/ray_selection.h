@@ -16,6 +16,10 @@ struct RangeLimits
   bool noReturnIsFree = true;
   uint32_t decimation =
       1;  ///< every so many-th ray, counted through the scan: returns, then no-returns, fan by fan
+
+  /// @throws std::invalid_argument naming the option (minRange, maxRange, rayDecimation), its value and what
+  /// is legal.
+  void validate() const;
 };
 
 /// What became of the rays of a scan.

@@ -21,7 +21,8 @@ OptionTable& addFeatureOptions(OptionTable& table)
                           "what is taken off the kernel so that it ends")
       .template add<Self>("latticeSpacing", &Self::latticeSpacing, {"m", {1e-4, 1e4}},
                           "distance between neighbouring compact kernels")
-      .template add<Self>("components", &Self::components, {"", {1, 5000}}, "m, of nystroem features")
+      .template add<Self>("components", &Self::components, {"", {1, 5000}},
+                          "m, of nystroem features; a saved map takes time with its cube to load")
       .template add<Self>("seed", &Self::seed, {"", {0, 4294967295.0}},
                           "of the inducing points and of the order in stochastic gradient descent")
       .template add<Self>("priorPrecision", &Self::priorPrecision, {"", {1e-6, 1e6}},
