@@ -528,6 +528,14 @@ TEST(HilbertMap, RefusesBadOptionsByName)
   refused("gamma", [](S& s, I&) { s.gamma = -1; });
   refused("cutoff", [](S& s, I&) { s.cutoff = 1; });
   refused("latticeSpacing", [](S& s, I&) { s.latticeSpacing = 0.01; });
+  refused("latticeSpacing", [](S& s, I&) { s.latticeSpacing = 0.6; });  // gaps
+  refused("gamma", [](S& s, I&) { s.resolution = 0.001; });             // 500 cells in a kernel
+  refused("maxRange",
+          [](S&, I& i)
+          {
+            i.minRange = 7;
+            i.maxRange = 6;
+          });
   refused("components", [](S& s, I&) { s.components = 0; });
   refused("priorPrecision", [](S& s, I&) { s.priorPrecision = 0; });
   refused("nystroem", [](S& s, I&) { s.features = HilbertFeatures::Nystroem; });

@@ -335,6 +335,7 @@ TYPED_TEST(HilbertMaps, IllegalAndContradictingOptionsAreRefusedByName)
   for (const auto& [name, text] : Settings{{"creationOpts.gamma", "-1"},
                                            {"creationOpts.resolution", "nan"},
                                            {"creationOpts.latticeSpacing", "0"},
+                                           {"creationOpts.latticeSpacing", "5"},
                                            {"creationOpts.components", "0"},
                                            {"insertOpts.iterations", "0"},
                                            {"insertOpts.hitWeight", "0"},
