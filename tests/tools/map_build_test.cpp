@@ -330,6 +330,18 @@ TEST(Build, TheOutputIsCheckedFirst)
   EXPECT_EQ(folder.size(), 0U);
 }
 
+TEST(ProgressBar, DoesNotPromiseAnEndThatIsNotKnown)
+{
+  std::ostringstream out;
+  {
+    ProgressBar bar(out, true, "entries");
+    bar.show({3, 0, "a.rawlog"}, ProgressBar::Clock::time_point{});
+  }
+  EXPECT_NE(out.str().find("3 entries"), std::string::npos) << out.str();
+  EXPECT_EQ(out.str().find(" of "), std::string::npos) << out.str();
+  EXPECT_EQ(out.str().find("["), out.str().find("[K")) << "a bar: " << out.str();
+}
+
 TEST(ProgressBar, IsRedrawnOnATerminalAndGivesFewLinesElsewhere)
 {
   const ProgressBar::Clock::time_point begin{};

@@ -35,7 +35,8 @@ void ProgressBar::show(const BuildProgress& progress, Clock::time_point now)
     started_ = true;
     begin_ = lastDrawn_ = now;
   }
-  const bool atEnd = progress.done >= progress.expected;
+  const bool known = progress.expected > 0;  // how many there are to come
+  const bool atEnd = known && progress.done >= progress.expected;
   const auto pause = isTerminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(10);
   const bool atBegin = isTerminal_ && !drawn_;
   // Elsewhere than on a terminal the closing report follows the last line at once.
@@ -45,8 +46,10 @@ void ProgressBar::show(const BuildProgress& progress, Clock::time_point now)
 
   const double seconds = std::chrono::duration<double>(now - begin_).count();
   const double rate = seconds > 0 ? static_cast<double>(progress.done) / seconds : 0;
-  std::string text = mrpt::format("%zu of %zu %s", progress.done, progress.expected, unit_.c_str());
-  if (rate > 0)
+  std::string text = known ? mrpt::format("%zu of %zu %s", progress.done, progress.expected, unit_.c_str())
+                           : mrpt::format("%zu %s", progress.done, unit_.c_str());
+  if (rate > 0 && !known) text += mrpt::format(", %.1f a second", rate);
+  if (rate > 0 && known)
   {
     const double left =
         static_cast<double>(progress.expected - std::min(progress.done, progress.expected)) / rate;
@@ -54,10 +57,9 @@ void ProgressBar::show(const BuildProgress& progress, Clock::time_point now)
   }
   if (isTerminal_)
   {
-    const double share = progress.expected > 0
-                             ? static_cast<double>(progress.done) / static_cast<double>(progress.expected)
-                             : 1;
-    out_ << "\r" << barText(share) << " " << text << "\x1b[K" << std::flush;
+    const double share =
+        known ? static_cast<double>(progress.done) / static_cast<double>(progress.expected) : 0;
+    out_ << "\r" << (known ? barText(share) + " " : "") << text << "\x1b[K" << std::flush;
   }
   else
     out_ << text << std::endl;

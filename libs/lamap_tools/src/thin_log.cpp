@@ -12,7 +12,6 @@
 #include <mrpt/poses/CPose3DPDF.h>
 #include <mrpt/serialization/CArchive.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <ostream>
 #include <stdexcept>
@@ -166,7 +165,7 @@ void thinRawlog(const ThinOptions& options, const ProgressSink& progress, Thinne
     else
       out.write(*entry);
     ++entries;
-    if (progress) progress({entries, std::max<size_t>(entries, 1), options.inPath});
+    if (progress) progress({entries, 0, options.inPath});
   }
   if (report.stopped) return;
   report.damage = file.damage();
