@@ -103,7 +103,10 @@ const OptionTable& CBGKMap::TInsertionOptions::optionTable() const
                    "how evidence falls with distance")
         .add<Self>("kernelSupport", &Self::kernelSupport, {"m", aboveZero, "2 cells"},
                    "distance from which on a point says nothing")
-        .add<Self>("kernelScale", &Self::kernelScale, {"", {0, 1e3, false}}, "evidence at distance zero");
+        .add<Self>("kernelScale", &Self::kernelScale, {"", {0, 1e3, false}}, "evidence at distance zero")
+        .onlyWhere({"freeResolution", "freeDownsampling"}, {{"freeSpace", {"samples"}}})
+        .onlyWhere({"freeMargin", "freeWeight", "protectHits"}, {{"freeSpace", {"samples", "line"}}})
+        .onlyWhere({"freeDownsampling", "hitDownsampling"}, {{"trainingPoints", {"centroids"}}});
     addRangeOptions<Self>(all);
     addThresholdOptions<Self>(all);
     return addVarianceThresholdOption<Self>(all);

@@ -114,7 +114,10 @@ const OptionTable& CGPMap::TInsertionOptions::optionTable() const
                    "a GP is silent so far from all its data, and takes no data farther from its block")
         .add<Self>("lengthScale", &Self::lengthScale, {"m", aboveZero}, "how far what is alike is near")
         .add<Self>("maxPoints", &Self::maxPoints, {"", {1, 4096}},
-                   "training points of one GP; more are split, and the parts fused");
+                   "training points of one GP; more are split, and the parts fused")
+        .onlyWhere({"freeResolution", "freeMargin", "freeDownsampling", "protectHits"},
+                   {{"freeSpace", {"samples"}}})
+        .onlyWhere({"freeDownsampling", "hitDownsampling"}, {{"trainingPoints", {"centroids"}}});
     addRangeOptions<Self>(all);
     addThresholdOptions<Self>(all);
     return addVarianceThresholdOption<Self>(all);

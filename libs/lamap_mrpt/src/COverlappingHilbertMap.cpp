@@ -44,7 +44,8 @@ const OptionTable& COverlappingHilbertMap::TCreationOptions::optionTable() const
         .add<Self>("outOfFieldLimit", &Self::outOfFieldLimit, {"", {0, 1e3}},
                    "log-odds that cells no scan had in its field are held to; 0: models are silent there")
         .add<Self>("keepModels", &Self::keepModels, {},
-                   "for queries at points and for moving models; else cells are all there is");
+                   "for queries at points and for moving models; else cells are all there is")
+        .onlyWhere({"cutoff", "latticeSpacing"}, {{"features", {"compact"}}});
     return all;
   }();
   return table;

@@ -3,7 +3,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iostream>
+#include <mutex>
+#include <optional>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
 namespace lamap
 {
@@ -14,7 +19,69 @@ bool sameIgnoringCase(const std::string& a, const std::string& b)
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
+
+std::string listed(const std::vector<std::string>& texts)
+{
+  std::string list;
+  for (const std::string& text : texts) list += (list.empty() ? "" : " or ") + text;
+  return list;
+}
+
+/// What an option of one of the groups is, and its name with that of its group.
+std::pair<std::string, std::string> textAndName(const std::string& key,
+                                                const std::vector<LoadedGroup>& groups)
+{
+  for (const LoadedGroup& group : groups)
+  {
+    const OptionTable& table = group.loaded->optionTable();
+    if (const Option* option = table.find(key))
+      return {option->textOf(*group.loaded), table.name() + "." + option->key};
+  }
+  throw std::logic_error("no group has the option " + key);
+}
+
+/// Nothing if one of the conditions holds, else what they are.
+std::optional<std::string> unmet(const Option::AnyOf& conditions, const std::vector<LoadedGroup>& groups)
+{
+  std::string all;
+  for (const Option::Condition& condition : conditions)
+  {
+    const auto [text, name] = textAndName(condition.key, groups);
+    if (std::find(condition.texts.begin(), condition.texts.end(), text) != condition.texts.end())
+      return std::nullopt;
+    all += (all.empty() ? "" : ", or ") + name + " is " + listed(condition.texts) + " (it is " + text + ")";
+  }
+  return all;
+}
 }  // namespace
+
+std::vector<std::string> settingsWithoutEffect(const mrpt::config::CConfigFileBase& source,
+                                               const std::vector<LoadedGroup>& groups)
+{
+  std::vector<std::string> messages;
+  for (const LoadedGroup& group : groups)
+  {
+    const OptionTable& table = group.loaded->optionTable();
+    for (const Option& option : table.options())
+    {
+      const std::string text = option.textOf(*group.loaded);
+      if (text == option.textOf(*group.preset) || !hasKey(source, group.section, option.key)) continue;
+      for (const Option::AnyOf& conditions : option.conditions)
+        if (const auto reason = unmet(conditions, groups))
+          messages.push_back(table.name() + "." + option.key + " = " + text +
+                             " has no effect: it has one only where " + *reason);
+    }
+  }
+  return messages;
+}
+
+void warnOnce(const std::string& message)
+{
+  static std::mutex mutex;
+  static std::set<std::string> told;
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (told.insert(message).second) std::cerr << "warning: " << message << std::endl;
+}
 
 void requireKnownSections(const mrpt::config::CConfigFileBase& source, const std::string& prefix)
 {

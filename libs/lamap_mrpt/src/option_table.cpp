@@ -332,6 +332,14 @@ void Option::read(TOptionGroup& group, ByteReader& in) const
              access);
 }
 
+OptionTable& OptionTable::onlyWhere(const std::vector<std::string>& keys, const Option::AnyOf& conditions)
+{
+  for (Option& option : options_)
+    if (std::find(keys.begin(), keys.end(), option.key) != keys.end())
+      option.conditions.push_back(conditions);
+  return *this;
+}
+
 const Option* OptionTable::find(const std::string& key) const
 {
   for (const Option& option : options_)

@@ -26,7 +26,9 @@ OptionTable& addFeatureOptions(OptionTable& table)
       .template add<Self>("seed", &Self::seed, {"", {0, 4294967295.0}},
                           "of the inducing points and of the order in stochastic gradient descent")
       .template add<Self>("priorPrecision", &Self::priorPrecision, {"", {1e-6, 1e6}},
-                          "of each weight before any data: the L2 penalty");
+                          "of each weight before any data: the L2 penalty")
+      .onlyWhere({"components"}, {{"features", {"nystroem"}}})
+      .onlyWhere({"seed"}, {{"features", {"nystroem"}}, {"solver", {"sgdL1", "sgdL2"}}});
 }
 
 /// trainingPoints, freeMargin, freeResolution, hitWeight, freeWeight. @tparam Self a group with these members
@@ -53,7 +55,9 @@ OptionTable& addSolverOptions(OptionTable& table)
       .add<Self>("iterations", &Self::iterations, {"", {1, 1e5}, "10 (incremental) or 25"},
                  "of lbfgs, at most")
       .template add<Self>("alpha", &Self::alpha, {"", {1e-12, 1e6}}, "penalty of sgd")
-      .template add<Self>("epochs", &Self::epochs, {"", {1, 1e5}}, "passes of sgd over the points");
+      .template add<Self>("epochs", &Self::epochs, {"", {1, 1e5}}, "passes of sgd over the points")
+      .onlyWhere({"iterations"}, {{"solver", {"lbfgs"}}})
+      .onlyWhere({"alpha", "epochs"}, {{"solver", {"sgdL1", "sgdL2"}}});
 }
 
 }  // namespace lamap

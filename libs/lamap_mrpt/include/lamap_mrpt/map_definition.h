@@ -19,7 +19,42 @@
 //                                          std::invalid_argument if the two do not fit together
 namespace lamap
 {
-/** Reads a definition: a preset is applied first, wherever it stands.
+/// What the preset of a definition leaves its options at, at the definition's resolution.
+template <typename Definition>
+Definition presetOf(const Definition& definition)
+{
+  Definition preset;
+  preset.creationOpts.preset = definition.creationOpts.preset;
+  preset.usePreset();
+  try
+  {
+    auto resolving = preset;
+    resolving.creationOpts.resolution = definition.creationOpts.resolution;
+    preset.insertionOpts = resolving.resolvedInsertion();
+  }
+  catch (const std::invalid_argument&)
+  {
+    // Lengths of the preset do not fit this resolution: the definition has others, and these stay as they
+    // are.
+  }
+  return preset;
+}
+
+/// Warns of what a source sets though it has no effect. @param source, prefix  where the definition was read
+template <typename Definition>
+void warnOfIdleSettings(const Definition& definition, const mrpt::config::CConfigFileBase& source,
+                        const std::string& prefix)
+{
+  const Definition preset = presetOf(definition);
+  const auto insertion = definition.resolvedInsertion();
+  const auto messages = settingsWithoutEffect(
+      source, {{prefix + kCreationSection, &definition.creationOpts, &preset.creationOpts},
+               {prefix + kInsertSection, &insertion, &preset.insertionOpts}});
+  for (const std::string& message : messages)
+    warnOnce(definition.getMetricMapClassType()->className + (": " + message));
+}
+
+/** Reads a definition: a preset is applied first, wherever it stands. Warns of settings without effect.
  * @param prefix of its sections, e.g. "map_bgkMap_00"
  * @throws std::invalid_argument naming file, section, key and text, and what would be right. */
 template <typename Definition>
@@ -47,6 +82,7 @@ void loadDefinition(Definition& definition, const mrpt::config::CConfigFileBase&
     throw std::invalid_argument(
         withoutBrackets("section \"" + insertSection + "\" of " + nameOf(source) + ": " + error.what()));
   }
+  warnOfIdleSettings(definition, source, prefix);
 }
 
 /// As loadDefinition() reads it.

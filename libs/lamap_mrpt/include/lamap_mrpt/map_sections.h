@@ -5,6 +5,7 @@
 #include <mrpt/maps/metric_map_types.h>
 
 #include <string>
+#include <vector>
 
 namespace lamap
 {
@@ -18,6 +19,22 @@ inline constexpr const char* kRenderSection = "_renderOpts";
  * @param prefix e.g. "map_bgkMap_00"
  * @throws std::invalid_argument naming the file, the section and the nearest right one. */
 void requireKnownSections(const mrpt::config::CConfigFileBase& source, const std::string& prefix);
+
+/// A group of options as a map will have it, and as its preset leaves it.
+struct LoadedGroup
+{
+  std::string section;
+  const TOptionGroup* loaded = nullptr;
+  const TOptionGroup* preset = nullptr;
+};
+
+/** What a source sets, other than the preset does, though it has no effect beside the map's other options.
+ * @return a message each, naming the option, its text, and on what its effect depends */
+[[nodiscard]] std::vector<std::string> settingsWithoutEffect(const mrpt::config::CConfigFileBase& source,
+                                                             const std::vector<LoadedGroup>& groups);
+
+/// Tells people, on the standard error output; what was told before in this process is not told again.
+void warnOnce(const std::string& message);
 
 /// Keys in creationOpts that MRPT reads for every map, all of them yes or no.
 [[nodiscard]] std::vector<std::string> genericMapKeys();

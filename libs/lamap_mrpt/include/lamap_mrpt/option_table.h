@@ -52,12 +52,22 @@ struct Option
       std::variant<Member<double>, Member<std::optional<double>>, Member<uint32_t>,
                    Member<std::optional<uint32_t>>, Member<int>, Member<bool>, Member<std::string>, Choice>;
 
+  /// Another option, maybe of another group of the map, and what it must be.
+  struct Condition
+  {
+    std::string key;
+    std::vector<std::string> texts;  ///< any of them
+  };
+  /// Conditions of which one must hold.
+  using AnyOf = std::vector<Condition>;
+
   std::string key;
   std::string doc;   ///< one line
   std::string unit;  ///< "m", "deg" or "" for a plain number
   LegalRange range;
   std::string emptyText;  ///< what a number means that is left empty, e.g. "2 cells"
   Access access;
+  std::vector<AnyOf> conditions{};  ///< all must hold, else the option is without effect
 
   /// Shortest text that parse() turns into the same; empty for a length that is left empty.
   [[nodiscard]] std::string textOf(const TOptionGroup& group) const;
@@ -102,6 +112,9 @@ class OptionTable
    * traits.names) or an std::optional of one, for which there is the name "automatic", too. */
   template <typename Group, typename Place>
   OptionTable& add(const std::string& key, Place place, Traits traits, const std::string& doc);
+
+  /** States that options which were added before have no effect unless one of the conditions holds. */
+  OptionTable& onlyWhere(const std::vector<std::string>& keys, const Option::AnyOf& conditions);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const std::vector<Option>& options() const { return options_; }
@@ -199,7 +212,7 @@ OptionTable& OptionTable::add(const std::string& key, Place place, Traits traits
 {
   static_assert(std::is_base_of_v<TOptionGroup, Group>);
   using Content = std::remove_reference_t<std::invoke_result_t<Place, Group&>>;
-  Option option{key, doc, traits.unit, traits.range, traits.emptyText, {}};
+  Option option{key, doc, traits.unit, traits.range, traits.emptyText, {}, {}};
   if constexpr (IsOptionalEnumeration<Content>::value)
   {
     // Number 0 is the empty one.

@@ -35,7 +35,8 @@ OptionTable& addPlanarOptions(OptionTable& table)
   return table
       .add<Self>("planar", &Self::planar, {}, "one layer of cells, distances in the plane: for 2D sensors")
       .template add<Self>("planarHeight", &Self::planarHeight, {"m", {-1e13, 1e13}},
-                          "height in the layer of a planar map");
+                          "height in the layer of a planar map")
+      .onlyWhere({"planarHeight"}, {{"planar", {"true"}}});
 }
 
 /// minRange, maxRange, considerInvalidRangesAsFreeSpace, rayDecimation. @tparam Self a group with these

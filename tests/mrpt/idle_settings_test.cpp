@@ -1,0 +1,154 @@
+// Settings without effect: the tables say which they are, whoever sets one is told, and the map is the same.
+#include <gtest/gtest.h>
+#include <lamap_mrpt/CBGKMap.h>
+#include <lamap_mrpt/CGPMap.h>
+#include <lamap_mrpt/CHilbertMap.h>
+#include <lamap_mrpt/COverlappingHilbertMap.h>
+
+#include <iostream>
+#include <set>
+
+#include "made_maps.h"
+
+namespace
+{
+using lamap::CBGKMap;
+using lamap::CGPMap;
+using lamap::CHilbertMap;
+using lamap::COverlappingHilbertMap;
+using namespace lamap::test;
+
+/// A setting and others beside which it has no effect.
+struct Idle
+{
+  std::string name;
+  std::string text;
+  Settings others;
+};
+
+template <typename Map>
+std::vector<Idle> idleSettings();
+
+template <>
+std::vector<Idle> idleSettings<CBGKMap>()
+{
+  const Settings line = {{"insertOpts.freeSpace", "line"}};
+  const Settings none = {{"insertOpts.freeSpace", "none"}};
+  return {{"creationOpts.planarHeight", "0.5", {}},     {"insertOpts.freeResolution", "0.35", line},
+          {"insertOpts.freeMargin", "0.5", none},       {"insertOpts.freeWeight", "0.25", none},
+          {"insertOpts.protectHits", "1", none},        {"insertOpts.freeDownsampling", "0.5", {}},
+          {"insertOpts.freeDownsampling", "0.6", line}, {"insertOpts.hitDownsampling", "0.5", {}}};
+}
+
+template <>
+std::vector<Idle> idleSettings<CGPMap>()
+{
+  const Settings none = {{"insertOpts.freeSpace", "none"}};
+  return {{"creationOpts.planarHeight", "0.5", {}},     {"insertOpts.freeResolution", "0.35", none},
+          {"insertOpts.freeMargin", "0.5", none},       {"insertOpts.protectHits", "1", none},
+          {"insertOpts.freeDownsampling", "0.5", {}},   {"insertOpts.hitDownsampling", "0.5", {}},
+          {"insertOpts.freeDownsampling", "0.35", none}};
+}
+
+std::vector<Idle> idleSettingsOfHilbertMaps(const Settings& descent)
+{
+  return {{"creationOpts.planarHeight", "0.5", {}}, {"creationOpts.components", "20", {}},
+          {"creationOpts.seed", "7", {}},           {"insertOpts.iterations", "2", descent},
+          {"insertOpts.alpha", "0.01", {}},         {"insertOpts.epochs", "1", {}}};
+}
+
+template <>
+std::vector<Idle> idleSettings<CHilbertMap>()
+{
+  return idleSettingsOfHilbertMaps({{"creationOpts.training", "batch"}, {"insertOpts.solver", "sgdL2"}});
+}
+
+template <>
+std::vector<Idle> idleSettings<COverlappingHilbertMap>()
+{
+  std::vector<Idle> all = idleSettingsOfHilbertMaps({{"insertOpts.solver", "sgdL2"}});
+  const Settings components = {{"creationOpts.features", "nystroem"}};
+  all.push_back({"creationOpts.cutoff", "0.1", components});
+  all.push_back({"creationOpts.latticeSpacing", "0.3", components});
+  return all;
+}
+
+/// The cells of a map made and taught with settings, and what that said to people.
+template <typename Map>
+std::pair<Cells, std::string> cellsAndWarnings(const Settings& settings)
+{
+  testing::internal::CaptureStderr();
+  const Cells cells = cellsOf(taught<Map>(settings));
+  std::cerr.flush();
+  return {cells, testing::internal::GetCapturedStderr()};
+}
+
+template <typename Map>
+class IdleSettings : public ::testing::Test
+{
+};
+using Maps = ::testing::Types<CBGKMap, CHilbertMap, COverlappingHilbertMap, CGPMap>;
+TYPED_TEST_SUITE(IdleSettings, Maps);
+
+TYPED_TEST(IdleSettings, ChangeNothingAndAreNamed)
+{
+  for (const Idle& idle : idleSettings<TypeParam>())
+  {
+    const auto [usual, silence] = cellsAndWarnings<TypeParam>(idle.others);
+    EXPECT_EQ(silence.find("warning"), std::string::npos) << silence;
+    Settings settings = idle.others;
+    settings.emplace_back(idle.name, idle.text);
+    const auto [cells, said] = cellsAndWarnings<TypeParam>(settings);
+    EXPECT_TRUE(cells == usual) << idle.name << " = " << idle.text << " has an effect";
+    const std::string map = TypeParam().GetRuntimeClass()->className;
+    EXPECT_EQ(said.find("warning: " + map + ": " + idle.name + " = " + idle.text + " has no effect"), 0U)
+        << idle.name << ": " << said;
+  }
+}
+
+TYPED_TEST(IdleSettings, AreAllTriedHere)
+{
+  std::set<std::string> tried;
+  for (const Idle& idle : idleSettings<TypeParam>()) tried.insert(idle.name);
+  const typename TypeParam::TMapDefinition definition;
+  const auto require = [&](const lamap::TOptionGroup& group)
+  {
+    for (const lamap::Option& option : group.optionTable().options())
+    {
+      const std::string name = group.optionTable().name() + "." + option.key;
+      EXPECT_EQ(tried.count(name), option.conditions.empty() ? 0U : 1U) << name;
+    }
+  };
+  require(definition.creationOpts);
+  require(definition.insertionOpts);
+}
+
+TYPED_TEST(IdleSettings, AreNotWhatAPresetOrASavedFileSays)
+{
+  for (const std::string preset : {"default", "thesis"})
+  {
+    typename TypeParam::TMapDefinition definition;
+    mrpt::config::CConfigFileMemory ini(iniOf("x", {{"creationOpts.preset", preset}}));
+    definition.loadFromConfigFile(ini, "map_x_00");
+    mrpt::config::CConfigFileMemory saved;
+    definition.saveToConfigFile(saved, "map_x_00");
+    typename TypeParam::TMapDefinition again;
+    testing::internal::CaptureStderr();
+    // MRPT pads names in memory; as text they are read right.
+    again.loadFromConfigFile(mrpt::config::CConfigFileMemory(saved.getContent()), "map_x_00");
+    std::cerr.flush();
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  }
+}
+
+TEST(IdleSettings, AreToldOnceAndWithTheReason)
+{
+  const Settings settings = {{"insertOpts.hitDownsampling", "0.75"}};
+  const std::string said = cellsAndWarnings<CBGKMap>(settings).second;
+  EXPECT_EQ(said,
+            "warning: lamap::CBGKMap: insertOpts.hitDownsampling = 0.75 has no effect: it has one only where "
+            "insertOpts.trainingPoints is centroids (it is cells)\n");
+  EXPECT_EQ(cellsAndWarnings<CBGKMap>(settings).second, "");
+}
+
+}  // namespace
