@@ -1,12 +1,12 @@
 // Maps worlds whose truth is known with our maps and with MRPT's COctoMap and prints how well each knows it.
 // Cells that a map has not observed count as P(occupied) = 0.5. Fails if ours is not the better one.
+#include <lamap_core/metrics.h>
 #include <lamap_mrpt/CBGKMap.h>
 #include <mrpt/maps/COctoMap.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "benchmark_scans.h"
@@ -20,61 +20,20 @@ struct Score
 {
   double areaUnderRoc = 0;
   double logLoss = 0;
-  double precision = 0;  ///< of P(occupied) > 0.7
+  double precision = 0;  ///< of P(occupied) >= 0.7
   double recall = 0;
 };
 
-struct Prediction
-{
-  double prob;
-  bool occupied;
-};
-
-/// Probability that a random occupied cell ranks above a random free one, ties counted half.
-double areaUnderRoc(std::vector<Prediction> predictions)
-{
-  std::sort(predictions.begin(), predictions.end(),
-            [](const Prediction& a, const Prediction& b) { return a.prob < b.prob; });
-  double wins = 0;
-  double freeBelow = 0;
-  double occupiedCount = 0;
-  for (size_t begin = 0; begin < predictions.size();)
-  {
-    size_t end = begin;
-    double occupied = 0;
-    while (end < predictions.size() && predictions[end].prob == predictions[begin].prob)
-      occupied += predictions[end++].occupied ? 1 : 0;
-    const double free = static_cast<double>(end - begin) - occupied;
-    wins += occupied * (freeBelow + free / 2);
-    freeBelow += free;
-    occupiedCount += occupied;
-    begin = end;
-  }
-  return wins / (occupiedCount * freeBelow);
-}
-
 Score scoreOf(const std::vector<TrueCell>& truth, const std::function<double(const Eigen::Vector3d&)>& probAt)
 {
-  constexpr double kOccupied = 0.7;
-  constexpr double kCertain = 1e-4;
-  std::vector<Prediction> predictions;
-  predictions.reserve(truth.size());
-  double loss = 0;
-  double hits = 0;
-  double alarms = 0;
-  double occupied = 0;
+  std::vector<lamap::PredictedCells> cells;
+  cells.reserve(truth.size());
   for (const TrueCell& cell : truth)
-  {
-    const double prob = probAt(cell.centre_map);
-    predictions.push_back({prob, cell.occupied});
-    const double clamped = std::clamp(prob, kCertain, 1 - kCertain);
-    loss -= std::log(cell.occupied ? clamped : 1 - clamped);
-    occupied += cell.occupied ? 1 : 0;
-    alarms += prob > kOccupied ? 1 : 0;
-    hits += prob > kOccupied && cell.occupied ? 1 : 0;
-  }
-  return {areaUnderRoc(std::move(predictions)), loss / static_cast<double>(truth.size()),
-          alarms > 0 ? hits / alarms : 1.0, hits / occupied};
+    cells.push_back({probAt(cell.centre_map), cell.occupied ? 1u : 0u, cell.occupied ? 0u : 1u});
+  const lamap::RankedPredictions predictions(std::move(cells));
+  const auto [precision, recall] = lamap::precisionRecall(predictions, 0.7, lamap::ThresholdRule::AtLeast);
+  return {lamap::areaUnderRoc(predictions).value(), lamap::logLoss(predictions).value(),
+          precision.value_or(1.0), recall.value()};
 }
 
 Score scoreOctoMap(const ScanSeries& series)
