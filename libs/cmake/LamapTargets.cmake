@@ -24,7 +24,7 @@ endfunction()
 
 # lamap_add_test(name SOURCES ... LIBRARIES ... [LABELS ...]): one GoogleTest program. Labels with a meaning elsewhere:
 #   threads   also built and run with ThreadSanitizer, as part of the target `threaded_tests`
-#   stock     starts stock MRPT programs: not run with sanitizers, which those programs were not built with
+#   stock     starts stock MRPT programs
 function(lamap_add_test name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES;LABELS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
