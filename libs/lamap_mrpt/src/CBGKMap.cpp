@@ -77,36 +77,24 @@ std::vector<std::string> CBGKMap::TCreationOptions::foreignFlags() const
 const OptionTable& CBGKMap::TInsertionOptions::optionTable() const
 {
   using Self = TInsertionOptions;
-  const LegalRange aboveZero{0, kMetresMost, false};
-  const LegalRange fromZero{0, kMetresMost};
-  static const OptionTable table = [&]
+  static const OptionTable table = []
   {
     OptionTable all("insertOpts");
     all.add<Self>("freeSpace", &Self::freeSpace, OptionTable::Traits::oneOf({"samples", "line", "none"}),
-                  "where a ray says free: points along it, its nearest point to each cell, nowhere")
-        .add<Self>("freeResolution", &Self::freeResolution, {"m", aboveZero, "1 cell"},
-                   "distance between free points on a ray")
-        .add<Self>("freeMargin", &Self::freeMargin, {"m", fromZero, "1 cell"},
-                   "no free point is nearer to its ray's hit")
-        .add<Self>("freeWeight", &Self::freeWeight, {"", {0, 1e3}}, "weight of free evidence")
-        .add<Self>("freeDownsampling", &Self::freeDownsampling, {"m", fromZero},
-                   "edge of the voxels in which free points are averaged (centroids); 0: they are not")
-        .add<Self>("trainingPoints", &Self::trainingPoints,
-                   OptionTable::Traits::oneOf({"cells", "centroids"}),
-                   "hit and free cells of a scan once each, or the mean points of voxels")
-        .add<Self>("hitDownsampling", &Self::hitDownsampling, {"m", fromZero, "1 cell"},
-                   "edge of the voxels in which hits are averaged (centroids); 0: they are not")
+                  "where a ray says free: points along it, its nearest point to each cell, nowhere");
+    addFreeSampleOptions<Self>(all, "1 cell")
+        .add<Self>("freeWeight", &Self::freeWeight, {"", {0, 1e3}}, "weight of free evidence");
+    addTrainingPointOptions<Self>(all)
         .add<Self>("protectHits", &Self::protectHits, {"", {0, 4294967295.0}},
                    "a cell with so many hits in a scan takes no free evidence from it; 0: none is protected")
         .add<Self>("kernel", &Self::kernel,
                    OptionTable::Traits::oneOf({"sparse", "sparseMatern32", "wendlandC2"}),
                    "how evidence falls with distance")
-        .add<Self>("kernelSupport", &Self::kernelSupport, {"m", aboveZero, "2 cells"},
+        .add<Self>("kernelSupport", &Self::kernelSupport, {"m", {0, kMetresMost, false}, "2 cells"},
                    "distance from which on a point says nothing")
         .add<Self>("kernelScale", &Self::kernelScale, {"", {0, 1e3, false}}, "evidence at distance zero")
         .onlyWhere({"freeResolution", "freeDownsampling"}, {{"freeSpace", {"samples"}}})
-        .onlyWhere({"freeMargin", "freeWeight", "protectHits"}, {{"freeSpace", {"samples", "line"}}})
-        .onlyWhere({"freeDownsampling", "hitDownsampling"}, {{"trainingPoints", {"centroids"}}});
+        .onlyWhere({"freeMargin", "freeWeight", "protectHits"}, {{"freeSpace", {"samples", "line"}}});
     addRangeOptions<Self>(all);
     addThresholdOptions<Self>(all);
     return addVarianceThresholdOption<Self>(all);

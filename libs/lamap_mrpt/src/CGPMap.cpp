@@ -87,27 +87,17 @@ std::vector<std::string> CGPMap::TCreationOptions::foreignFlags() const
 const OptionTable& CGPMap::TInsertionOptions::optionTable() const
 {
   using Self = TInsertionOptions;
-  const LegalRange aboveZero{0, kMetresMost, false};
-  const LegalRange fromZero{0, kMetresMost};
-  static const OptionTable table = [&]
+  static const OptionTable table = []
   {
+    const LegalRange aboveZero{0, kMetresMost, false};
     OptionTable all("insertOpts");
     all.add<Self>("nested", &Self::nested, {},
                   "a GP a block with data, those around a cell fused (nested BCM); else one a block, on all "
                   "data around it")
         .add<Self>("freeSpace", &Self::freeSpace, OptionTable::Traits::oneOf({"samples", "none"}),
-                   "where a ray says free: points along it, nowhere")
-        .add<Self>("freeResolution", &Self::freeResolution, {"m", aboveZero, "2 cells"},
-                   "distance between free points on a ray")
-        .add<Self>("freeMargin", &Self::freeMargin, {"m", fromZero, "1 cell"},
-                   "no free point is nearer to its ray's hit")
-        .add<Self>("freeDownsampling", &Self::freeDownsampling, {"m", fromZero},
-                   "edge of the voxels in which free points are averaged (centroids); 0: they are not")
-        .add<Self>("trainingPoints", &Self::trainingPoints,
-                   OptionTable::Traits::oneOf({"cells", "centroids"}),
-                   "hit and free cells of a scan once each, or the mean points of voxels")
-        .add<Self>("hitDownsampling", &Self::hitDownsampling, {"m", fromZero, "1 cell"},
-                   "edge of the voxels in which hits are averaged (centroids); 0: they are not")
+                   "where a ray says free: points along it, nowhere");
+    addFreeSampleOptions<Self>(all, "2 cells");
+    addTrainingPointOptions<Self>(all)
         .add<Self>("protectHits", &Self::protectHits, {"", {0, 4294967295.0}},
                    "no free points in a cell with so many raw hits in a scan; 0: none is protected")
         .add<Self>("kernelSupport", &Self::kernelSupport, {"m", aboveZero, "2 cells"},
@@ -116,8 +106,7 @@ const OptionTable& CGPMap::TInsertionOptions::optionTable() const
         .add<Self>("maxPoints", &Self::maxPoints, {"", {1, 4096}},
                    "training points of one GP; more are split, and the parts fused")
         .onlyWhere({"freeResolution", "freeMargin", "freeDownsampling", "protectHits"},
-                   {{"freeSpace", {"samples"}}})
-        .onlyWhere({"freeDownsampling", "hitDownsampling"}, {{"trainingPoints", {"centroids"}}});
+                   {{"freeSpace", {"samples"}}});
     addRangeOptions<Self>(all);
     addThresholdOptions<Self>(all);
     return addVarianceThresholdOption<Self>(all);

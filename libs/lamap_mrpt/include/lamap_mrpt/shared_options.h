@@ -3,6 +3,7 @@
 #include <lamap_mrpt/option_table.h>
 
 #include <limits>
+#include <string>
 
 // Options that several maps have, in the order in which their files hold them.
 namespace lamap
@@ -37,6 +38,34 @@ OptionTable& addPlanarOptions(OptionTable& table)
       .template add<Self>("planarHeight", &Self::planarHeight, {"m", {-1e13, 1e13}},
                           "height in the layer of a planar map")
       .onlyWhere({"planarHeight"}, {{"planar", {"true"}}});
+}
+
+/** freeResolution, freeMargin. @tparam Self a group with these members, both std::optional
+ * @param usualResolution what freeResolution is while it is left empty, e.g. "1 cell" */
+template <typename Self>
+OptionTable& addFreeSampleOptions(OptionTable& table, const std::string& usualResolution)
+{
+  return table
+      .add<Self>("freeResolution", &Self::freeResolution, {"m", {0, kMetresMost, false}, usualResolution},
+                 "distance between free points on a ray")
+      .template add<Self>("freeMargin", &Self::freeMargin, {"m", {0, kMetresMost}, "1 cell"},
+                          "no free point is nearer to its ray's hit");
+}
+
+/// freeDownsampling, trainingPoints, hitDownsampling. @tparam Self a group with these members
+template <typename Self>
+OptionTable& addTrainingPointOptions(OptionTable& table)
+{
+  const LegalRange fromZero{0, kMetresMost};
+  return table
+      .add<Self>("freeDownsampling", &Self::freeDownsampling, {"m", fromZero},
+                 "edge of the voxels in which free points are averaged (centroids); 0: they are not")
+      .template add<Self>("trainingPoints", &Self::trainingPoints,
+                          OptionTable::Traits::oneOf({"cells", "centroids"}),
+                          "hit and free cells of a scan once each, or the mean points of voxels")
+      .template add<Self>("hitDownsampling", &Self::hitDownsampling, {"m", fromZero, "1 cell"},
+                          "edge of the voxels in which hits are averaged (centroids); 0: they are not")
+      .onlyWhere({"freeDownsampling", "hitDownsampling"}, {{"trainingPoints", {"centroids"}}});
 }
 
 /// minRange, maxRange, considerInvalidRangesAsFreeSpace, rayDecimation. @tparam Self a group with these
