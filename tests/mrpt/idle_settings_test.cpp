@@ -151,4 +151,14 @@ TEST(IdleSettings, AreToldOnceAndWithTheReason)
   EXPECT_EQ(cellsAndWarnings<CBGKMap>(settings).second, "");
 }
 
+TEST(IdleSettings, PosesWithoutTheCovarianceThatIsToCountAreTold)
+{
+  const Settings settings = {{"insertOpts.usePoseCovariance", "true"}};
+  EXPECT_EQ(cellsAndWarnings<CHilbertMap>(settings).second,
+            "warning: insertOpts.usePoseCovariance = true: the pose of a scan came without a covariance, or "
+            "with one "
+            "of zero; such scans count as certain\n");
+  EXPECT_EQ(cellsAndWarnings<CHilbertMap>({}).second, "");
+}
+
 }  // namespace

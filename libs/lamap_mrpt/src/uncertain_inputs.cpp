@@ -1,4 +1,5 @@
 #include <lamap_mrpt/isometry.h>
+#include <lamap_mrpt/map_sections.h>
 #include <lamap_mrpt/uncertain_inputs.h>
 
 #include <cmath>
@@ -27,6 +28,11 @@ HilbertUncertainty uncertaintyOf(const mrpt::poses::CPose3DPDFGaussian& pose_map
 
 std::optional<HilbertUncertainty> UncertainInputs::of(const CLearnedMap::ScanPose& pose) const
 {
+  if (usePoseCovariance && (!pose.robot_map || pose.robot_map->cov.asEigen().isZero(0)))
+    warnOnce(
+        "insertOpts.usePoseCovariance = true: the pose of a scan came without a covariance, or with one of "
+        "zero; "
+        "such scans count as certain");
   HilbertUncertainty uncertainty;
   // Where the pose is no place the rays are left out anyway.
   if (usePoseCovariance && pose.robot_map && isometryOf(pose.robot_map->mean).matrix().allFinite())

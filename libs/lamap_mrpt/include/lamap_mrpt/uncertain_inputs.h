@@ -15,7 +15,8 @@ struct UncertainInputs
   double rangeStd = 0.0;           ///< [m] along each ray
   double pointStd = 0.0;           ///< [m] of each point, along each axis
 
-  /** What a learner is to know of a scan's points, in the map's frame.
+  /** What a learner is to know of a scan's points, in the map's frame. Warns once in a process if the pose is
+   * to have a covariance and has none.
    * @return nothing if they are certain */
   [[nodiscard]] std::optional<HilbertUncertainty> of(const CLearnedMap::ScanPose& pose) const;
 };
