@@ -174,6 +174,9 @@ TEST_F(Tune, RefusesSearchesThatSayNothing)
   EXPECT_NE(usage({"insertOpts.freeWeight=0.5,"}).find("empty"), std::string::npos);
   EXPECT_NE(usage({"insertOpts.freeWeight=0.5,,1"}).find("empty"), std::string::npos);
   EXPECT_NE(usage({"insertOpts.freeWeihgt=0.5,1"}).find("freeWeight"), std::string::npos);
+  EXPECT_NE(usage({"insertOpts.minRange=1,9", "insertOpts.maxRange=5"})
+                .find("(the combination insertOpts.minRange=9)"),
+            std::string::npos);
   EXPECT_NE(usage({"creationOpts.resolution=0.1,0.2"}).find("cannot be compared"), std::string::npos);
   EXPECT_NE(usage({"insertOpts.maxRange=5,6"}).find("--max-range"), std::string::npos);
   std::string many = "insertOpts.freeWeight=0.001";

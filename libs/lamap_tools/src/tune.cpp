@@ -152,7 +152,16 @@ std::vector<std::unique_ptr<Candidate>> candidatesOf(const TuneOptions& options,
     MapRequest request = options.map;
     request.settings = space.fixed;
     request.settings.insert(request.settings.end(), combination.begin(), combination.end());
-    candidates.push_back(std::make_unique<Candidate>(request, options.maxRange_m));
+    try
+    {
+      candidates.push_back(std::make_unique<Candidate>(request, options.maxRange_m));
+    }
+    catch (const UsageError& error)
+    {
+      std::string searched;
+      for (const std::string& setting : combination) searched += (searched.empty() ? "" : ", ") + setting;
+      throw UsageError(error.what() + (" (the combination " + searched + ")"));
+    }
     requireSameCells(*candidates.front(), *candidates.back());
   }
   return candidates;
