@@ -1,6 +1,7 @@
 #include "commands.h"
 
 #include <lamap_tools/map_build.h>
+#include <lamap_tools/output_paths.h>
 #include <lamap_tools/progress_bar.h>
 
 #include <iostream>
@@ -22,6 +23,9 @@ struct Arguments
 
 int build(Arguments arguments)
 {
+  // The map that is gone on with may well be the one that is saved.
+  tools::requireOwnPlaces({arguments.build.outPath},
+                          pathsRead(arguments.build.inputs, {arguments.build.map.configPath}));
   prepareInputs(arguments.log, arguments.build.inputs);
 
   tools::BuildReport report;

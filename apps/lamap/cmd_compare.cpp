@@ -1,6 +1,7 @@
 #include "commands.h"
 
 #include <lamap_tools/compare.h>
+#include <lamap_tools/output_paths.h>
 #include <lamap_tools/progress_bar.h>
 #include <lamap_tools/score_report.h>
 
@@ -34,6 +35,9 @@ void writeCurves(const Arguments& arguments, const tools::Comparison& comparison
 
 int compare(Arguments arguments)
 {
+  const tools::CompareOptions& options = arguments.compare;
+  tools::requireOwnPlaces({options.pagePath, options.tablePath, arguments.roc, arguments.calibration},
+                          pathsRead(options.inputs, {options.truthPath, options.configPath}));
   for (const std::string& path : {arguments.roc, arguments.calibration})
     if (!path.empty()) tools::requireCurveFile(path);
   prepareInputs(arguments.log, arguments.compare.inputs);
@@ -104,11 +108,13 @@ void addCompare(CLI::App& app, Action& action)
   addLogOptions(*command, arguments->log, options.inputs, options.threads);
   command->add_flag("--json", arguments->json, "The table as JSON");
   command->callback(
-      [&action, arguments]
+      [&action, arguments, command]
       {
         const bool scored = !arguments->compare.truthPath.empty() || arguments->compare.heldOutEvery > 0;
         if (!scored && !(arguments->roc.empty() && arguments->calibration.empty()))
           throw CLI::ValidationError("compare", "--roc and --calibration need --truth FILE or --held-out N");
+        if (!scored && command->count("--thresholds") > 0)
+          throw CLI::ValidationError("compare", "--thresholds needs --truth FILE or --held-out N");
         action = [arguments] { return compare(*arguments); };
       });
 }

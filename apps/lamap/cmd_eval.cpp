@@ -1,6 +1,7 @@
 #include "commands.h"
 
 #include <lamap_tools/held_out.h>
+#include <lamap_tools/output_paths.h>
 #include <lamap_tools/progress_bar.h>
 #include <lamap_tools/score_report.h>
 #include <lamap_tools/usage_error.h>
@@ -122,6 +123,9 @@ int againstHeldOut(Arguments arguments)
 
 int evaluate(const Arguments& arguments)
 {
+  std::vector<std::string> read = arguments.maps;
+  read.insert(read.end(), {arguments.truth, arguments.heldOut.map.configPath});
+  tools::requireOwnPlaces({arguments.roc, arguments.calibration}, pathsRead(arguments.heldOut.inputs, read));
   for (const std::string& path : {arguments.roc, arguments.calibration})
     if (!path.empty()) tools::requireCurveFile(path);
   return arguments.truth.empty() ? againstHeldOut(arguments) : againstTruth(arguments);
@@ -159,8 +163,9 @@ void addEval(CLI::App& app, Action& action)
       app.add_subcommand("eval", "Score maps against the truth, or a map against scans kept from it");
   auto* maps = command->add_option("maps", arguments->maps,
                                    "Saved maps (.lamap.gz), or OctoMap's .ot or .bt: one table for all");
-  auto* truth = command->add_option("--truth", arguments->truth,
-                                    "CSV with x,y,z,label (cell centres; 1 occupied, 0 free), or a .bt");
+  auto* truth =
+      command->add_option("--truth", arguments->truth,
+                          "CSV with x,y,z,label (cell centres; 1 occupied, 0 free), a .bt, or any other map");
   truth->needs(maps);
   maps->needs(truth);
   describeHeldOut(*command, *arguments);

@@ -1,6 +1,7 @@
 #include "commands.h"
 
 #include <lamap_tools/export_map.h>
+#include <lamap_tools/output_paths.h>
 
 #include <memory>
 #include <string>
@@ -39,6 +40,7 @@ void addExport(CLI::App& app, Action& action)
         action = [arguments]
         {
           if (!arguments->states.empty()) arguments->options.states = tools::parseStates(arguments->states);
+          tools::requireOwnPlaces({arguments->out}, {arguments->map});
           tools::requireExportable(arguments->out, arguments->options);
           tools::exportMap(*tools::openCellMap(arguments->map), arguments->out, arguments->options);
           return 0;

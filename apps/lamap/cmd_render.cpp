@@ -1,5 +1,6 @@
 #include "commands.h"
 
+#include <lamap_tools/output_paths.h>
 #include <lamap_tools/render_map.h>
 
 #include <map>
@@ -78,6 +79,7 @@ void addRender(CLI::App& app, Action& action)
             arguments->options.box_map->min = {box[0], box[1], box[2]};
             arguments->options.box_map->max = {box[3], box[4], box[5]};
           }
+          tools::requireOwnPlaces({arguments->out}, {arguments->map});
           tools::requireDrawable(arguments->out, arguments->options);
           tools::renderMap(*tools::openCellMap(arguments->map), arguments->out, arguments->options);
           return 0;

@@ -114,7 +114,13 @@ void addSimulate(CLI::App& app, Action& action)
   command->add_option("--truth-depth", options.truthDepth_m,
                       "How deep behind a surface solid cells count [m]; default: one cell");
   describeNoise(*command, *arguments);
-  command->callback([&action, arguments] { action = [arguments] { return simulate(*arguments); }; });
+  command->callback(
+      [&action, arguments]
+      {
+        if (arguments->options.truthDepth_m && arguments->options.truthPaths.empty())
+          throw CLI::ValidationError("simulate", "--truth-depth needs --truth FILE");
+        action = [arguments] { return simulate(*arguments); };
+      });
 }
 
 }  // namespace lamap::app

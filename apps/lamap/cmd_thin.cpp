@@ -1,5 +1,6 @@
 #include "commands.h"
 
+#include <lamap_tools/output_paths.h>
 #include <lamap_tools/progress_bar.h>
 #include <lamap_tools/thin_log.h>
 
@@ -22,6 +23,7 @@ struct Arguments
 
 int thin(Arguments arguments)
 {
+  tools::requireOwnPlaces({arguments.options.outPath}, {arguments.options.inPath});
   catchStopSignals();
   arguments.options.shouldStop = stopRequested;
   tools::ThinReport report;

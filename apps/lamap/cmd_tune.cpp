@@ -1,5 +1,6 @@
 #include "commands.h"
 
+#include <lamap_tools/output_paths.h>
 #include <lamap_tools/progress_bar.h>
 #include <lamap_tools/tune.h>
 
@@ -22,6 +23,8 @@ struct Arguments
 
 int tune(Arguments arguments)
 {
+  tools::requireOwnPlaces({arguments.tune.outPath},
+                          pathsRead(arguments.tune.inputs, {arguments.tune.map.configPath}));
   prepareInputs(arguments.log, arguments.tune.inputs);
   tools::TuneReport report;
   {

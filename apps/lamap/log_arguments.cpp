@@ -47,6 +47,14 @@ int tellDamages(const LogArguments& arguments, const std::vector<tools::InputRep
   return arguments.allowTruncated ? 0 : kFailed;
 }
 
+std::vector<std::string> pathsRead(const tools::InputOptions& inputs, const std::vector<std::string>& others)
+{
+  std::vector<std::string> paths = inputs.paths;
+  paths.push_back(inputs.posesPath);
+  paths.insert(paths.end(), others.begin(), others.end());
+  return paths;
+}
+
 bool isTerminal()
 {
   return isatty(STDERR_FILENO) != 0;

@@ -26,6 +26,10 @@ void prepareInputs(const LogArguments& arguments, tools::InputOptions& inputs);
 /// Says what could not be read of the inputs. @return the exit code that this gives
 int tellDamages(const LogArguments& arguments, const std::vector<tools::InputReport>& inputs);
 
+/// What a command reads: its inputs, and others.
+[[nodiscard]] std::vector<std::string> pathsRead(const tools::InputOptions& inputs,
+                                                 const std::vector<std::string>& others);
+
 /// Whether a progress bar can be drawn.
 [[nodiscard]] bool isTerminal();
 

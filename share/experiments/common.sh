@@ -45,7 +45,9 @@ start_experiment()
   mkdir -p "$out"
   cd "$out" || exit 1
   out=$PWD
+  # Data that scripts share; those of quick runs are others.
   data=$out/data
+  ! $quick || data=$out/data-quick
   mkdir -p "$data"
 }
 

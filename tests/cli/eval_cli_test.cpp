@@ -5,6 +5,8 @@
 #include <sys/wait.h>
 
 #include <cstdlib>
+#include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "support/small_logs.h"
@@ -170,8 +172,43 @@ TEST_F(EvalCommand, ComparesMapsOfOneLog)
   EXPECT_TRUE(json["maps"][0]["scores"].is_null());
   for (const char* wrong :
        {"", "-i $/log.rawlog -m bgkMap --roc $/r.csv", "-i $/log.rawlog -m bgkMap --max-range 3",
-        "-i $/log.rawlog --held-out 3 --truth $/t.csv", "-i $/log.rawlog -o $/page.png"})
+        "-i $/log.rawlog -m bgkMap --thresholds 0.5", "-i $/log.rawlog --held-out 3 --truth $/t.csv",
+        "-i $/log.rawlog -o $/page.png"})
     EXPECT_EQ(run(wrong, "compare"), 2) << wrong << ": " << err_;
+}
+
+TEST_F(EvalCommand, NoCommandWritesOverWhatItReadsOrAFileTwice)
+{
+  const std::string tune = "-i $/log.rawlog -m bgkMap --held-out 3 -s insertOpts.freeWeight=0.5,1 ";
+  folder_.write("c.ini", "[map]\nbgkMap_count = 1\n");
+  std::filesystem::create_symlink(folder_ / "t.csv", folder_ / "link.csv");
+  std::map<std::string, std::string> before;
+  for (const char* file : {"log.rawlog", "t.csv", "a.lamap.gz", "c.ini"})
+    before[file] = test::fileContent(folder_ / file);
+  const std::pair<const char*, std::string> cases[] = {
+      {"eval", "$/a.lamap.gz --truth $/t.csv --roc $/t.csv"},
+      {"eval", "$/a.lamap.gz --truth $/t.csv --roc $/link.csv"},
+      {"eval", "$/a.lamap.gz --truth $/t.csv --roc $/r.csv --calibration $/./r.csv"},
+      {"compare", "-i $/log.rawlog -m bgkMap --truth $/t.csv --table $/t.csv"},
+      {"compare", "-i $/log.rawlog -m bgkMap --held-out 3 --table $/r.csv --roc $/r.csv"},
+      {"tune", tune + "-o $/log.rawlog"},
+      {"tune", tune + "-c $/c.ini -o $/c.ini"},
+      {"thin", "-i $/log.rawlog -o $/log.rawlog --keep-every 2"},
+      {"build", "-i $/log.rawlog -m bgkMap -o $/log.rawlog"},
+      {"build", "-i $/log.rawlog -c $/c.ini -o $/c.ini"},
+      {"export", "$/a.lamap.gz -o $/a.lamap.gz"},
+      {"render", "$/a.lamap.gz -o $/a.lamap.gz"}};
+  for (const auto& [command, arguments] : cases)
+  {
+    EXPECT_EQ(run(arguments, command), 2) << command << " " << arguments << ": " << err_;
+    const bool named = err_.find("is read, and would be written over") != std::string::npos ||
+                       err_.find("would be written twice") != std::string::npos;
+    EXPECT_TRUE(named) << command << " " << arguments << ": " << err_;
+  }
+  for (const auto& [file, content] : before) EXPECT_EQ(test::fileContent(folder_ / file), content) << file;
+  EXPECT_FALSE(exists("r.csv"));
+  EXPECT_EQ(run("-i $/log.rawlog --onto $/a.lamap.gz -o $/a.lamap.gz", "build"), 0)
+      << "a map is gone on with in its place: " << err_;
 }
 
 TEST_F(EvalCommand, TuneRanksSettingsAndSavesTheBest)

@@ -85,6 +85,7 @@ TEST_F(SimulateCommand, WrongUsageEndsWith2AndWritesNothing)
       {{"simulate", "structured", "-o", out, "--resolution", "-1"}, "--resolution -1"},
       {{"simulate", "structured", "-o", out, "--at", "-0.4,1,0.5"}, "stand"},
       {{"simulate", "structured", "-o", out, "--seed", "-1"}, "--seed"},
+      {{"simulate", "structured", "-o", out, "--truth-depth", "0.5"}, "--truth FILE"},
       {{"simulate", "structured", "-o", out, "--pose-noise", "1"}, "--pose-noise"}};
   for (const auto& [arguments, word] : wrong)
   {

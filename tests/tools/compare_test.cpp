@@ -144,6 +144,35 @@ TEST_F(Compare, ThePageHoldsTableAndPicturesOfTruthAndMaps)
   EXPECT_EQ(files, 4U) << "nothing is left beside log, truth, page and table";
 }
 
+TEST_F(Compare, TheTableForProgramsHasANumberAField)
+{
+  options_.maps = {"bgkMap", "a, b: octoMap"};
+  options_.heldOutEvery = 3;
+  options_.thresholds = {0.999999};
+  options_.tablePath = folder_ / "table.csv";
+  const Comparison comparison = compareMaps(options_);
+  std::istringstream table(fileContent(options_.tablePath));
+  std::string line;
+  std::getline(table, line);
+  EXPECT_EQ(line,
+            "map,auc,average_precision,log_loss,brier,observed_calibration_error,observed_share,"
+            "precision_at_0.999999,recall_at_0.999999,scans,ms_a_scan,memory_bytes");
+  std::getline(table, line);
+  std::vector<std::string> fields;
+  std::istringstream row(line);
+  for (std::string field; std::getline(row, field, ',');) fields.push_back(field);
+  ASSERT_EQ(fields.size(), 12U) << line;
+  const MapScores& scores = *comparison.maps[0].scores;
+  EXPECT_EQ(std::stod(fields[3]), *scores.all.logLoss);
+  EXPECT_EQ(std::stod(fields[5]), *scores.observed.calibrationError);
+  EXPECT_EQ(std::stod(fields[6]), scores.observedShare());
+  EXPECT_EQ(fields[7], "") << "no cell is called occupied";
+  EXPECT_EQ(fields[8], "0");
+  EXPECT_EQ(std::stoull(fields[11]), *comparison.maps[0].memoryBytes);
+  std::getline(table, line);
+  EXPECT_EQ(line.rfind("\"a, b\",", 0), 0U) << line;
+}
+
 TEST_F(Compare, RefusesByName)
 {
   CompareOptions wrong = options_;
@@ -153,6 +182,14 @@ TEST_F(Compare, RefusesByName)
   EXPECT_NE(complaint<UsageError>(wrong).find("twice"), std::string::npos);
   wrong.maps = {"bgkMap insertOpts.maxRnge=3"};
   EXPECT_NE(complaint<UsageError>(wrong).find("maxRnge"), std::string::npos);
+  EXPECT_EQ(complaint<UsageError>(wrong).rfind("-m 'bgkMap insertOpts.maxRnge=3': ", 0), 0U);
+  wrong.maps = {": bgkMap"};
+  EXPECT_NE(complaint<UsageError>(wrong).find("label is empty"), std::string::npos);
+  for (const char* unspaced : {"wide:bgkMap", "wide:", "wide:bgkMap insertOpts.maxRange=3"})
+  {
+    wrong.maps = {unspaced};
+    EXPECT_NE(complaint<UsageError>(wrong).find("a space after the colon"), std::string::npos) << unspaced;
+  }
   wrong.maps = {"pointsMap"};
   EXPECT_NE(complaint<UsageError>(wrong).find("no cells"), std::string::npos);
   wrong.maps = {" "};

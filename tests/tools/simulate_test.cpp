@@ -450,9 +450,13 @@ TEST_F(Simulated, RefusesWhatCannotBeAndWritesNothing)
   expectRefused([](auto& o) { o.truthDepth_m = 0; }, "--truth-depth 0");
   for (const double bad : {0.0, -1.0, std::nan("")})
     expectRefused([&](auto& o) { o.rangeMax_m = bad; }, "maximum range");
-  expectRefused([](auto& o) { o.noise.missing = 2; }, "missing = 2");
-  expectRefused([](auto& o) { o.noise.range_m = -1; }, "range noise [m] = -1");
-  expectRefused([](auto& o) { o.odometryNoise = std::nan(""); }, "--odometry-noise nan");
+  expectRefused([](auto& o) { o.noise.missing = 2; }, "--missing: 2: must be from 0 to 1");
+  expectRefused([](auto& o) { o.noise.range_m = -1; }, "--range-noise: -1 m: must be from 0 to 100 m");
+  expectRefused([](auto& o) { o.noise.range_m = 1e300; }, "--range-noise");
+  expectRefused([](auto& o) { o.noise.angle_rad = 4; }, "--angle-noise: 229.183 deg");
+  expectRefused([](auto& o) { o.noise.turn_rad = -0.1; }, "--pose-noise: -5.72958 deg");
+  expectRefused([](auto& o) { o.odometryNoise = std::nan(""); }, "--odometry-noise: nan");
+  expectRefused([](auto& o) { o.trajectory = "flying"; }, "neither stops nor driving");
   expectRefused([&](auto& o) { o.odometryNoise = 1, o.outPath = folder_ / "a.simplemap"; }, "no odometry");
   expectRefused([](auto& o) { o.sensor = "planar-laser", o.noise.point_m = 0.1; }, "range noise");
   expectRefused([](auto& o) { o.standAt = "1,2"; }, "x,y,z");

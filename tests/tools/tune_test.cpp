@@ -173,6 +173,9 @@ TEST_F(Tune, RefusesSearchesThatSayNothing)
   EXPECT_NE(usage({"insertOpts.freeWeight=0.5"}).find("nothing to search"), std::string::npos);
   EXPECT_NE(usage({"insertOpts.freeWeight=0.5,"}).find("empty"), std::string::npos);
   EXPECT_NE(usage({"insertOpts.freeWeight=0.5,,1"}).find("empty"), std::string::npos);
+  EXPECT_NE(usage({"insertOpts.freeWeight=0.5,1", "insertopts.freeweight=2,3"}).find("twice"),
+            std::string::npos);
+  EXPECT_NE(usage({"insertOpts.freeWeight=0.5,1,0.5"}).find("twice"), std::string::npos);
   EXPECT_NE(usage({"insertOpts.freeWeihgt=0.5,1"}).find("freeWeight"), std::string::npos);
   EXPECT_NE(usage({"insertOpts.minRange=1,9", "insertOpts.maxRange=5"})
                 .find("(the combination insertOpts.minRange=9)"),
@@ -185,6 +188,9 @@ TEST_F(Tune, RefusesSearchesThatSayNothing)
   TuneOptions ranges = optionsFor({"insertOpts.maxRange=5,6"});
   ranges.maxRange_m = 6;
   EXPECT_EQ(complaint<std::exception>(ranges), "");
+  TuneOptions textFile = optionsFor({"insertOpts.freeWeight=0.5,1"});
+  textFile.outPath = folder_ / "best.txt";
+  EXPECT_NE(complaint<UsageError>(textFile).find(".ini"), std::string::npos);
   TuneOptions few = optionsFor({"insertOpts.freeWeight=0.5,1"});
   few.every = 20;
   EXPECT_NE(complaint<std::runtime_error>(few).find("9 usable"), std::string::npos);

@@ -2,6 +2,7 @@
 #include <lamap_mrpt/CLearnedMap.h>
 #include <lamap_mrpt/atomic_file.h>
 #include <lamap_tools/compare.h>
+#include <lamap_tools/file_output.h>
 #include <lamap_tools/score_report.h>
 #include <lamap_tools/truth.h>
 #include <lamap_tools/usage_error.h>
@@ -31,6 +32,14 @@ struct NamedRequest
   MapRequest request;
 };
 
+/// Whether there is a colon that is not one of the two between a namespace and a class.
+bool hasLoneColon(const std::string& name)
+{
+  for (size_t at = name.find(':'); at != std::string::npos; at = name.find(':', at + 2))
+    if (name.compare(at, 2, "::") != 0) return true;
+  return false;
+}
+
 NamedRequest requestOf(const std::string& text, const CompareOptions& options)
 {
   const size_t colon = text.find(": ");
@@ -38,7 +47,10 @@ NamedRequest requestOf(const std::string& text, const CompareOptions& options)
   NamedRequest named{labelled ? text.substr(0, colon) : text, {"", options.configPath, options.settings}};
   std::istringstream words(labelled ? text.substr(colon + 2) : text);
   words >> named.request.mapName;
+  if (labelled && named.name.empty()) throw UsageError("-m '" + text + "': the label is empty");
   if (named.request.mapName.empty()) throw UsageError("-m '" + text + "': expected the name of a map");
+  if (hasLoneColon(named.request.mapName))
+    throw UsageError("-m '" + text + "': expected 'LABEL: MAP', with a space after the colon");
   for (std::string word; words >> word;) named.request.settings.push_back(word);
   return named;
 }
@@ -61,6 +73,19 @@ std::optional<uint64_t> memoryOf(const mrpt::maps::CMetricMap& map)
   return std::nullopt;
 }
 
+/// @throws as readMapDefinition(), naming which of the maps it is
+MapDefinition definitionOf(const NamedRequest& named)
+{
+  try
+  {
+    return readMapDefinition(named.request);
+  }
+  catch (const UsageError& error)
+  {
+    throw UsageError("-m '" + named.name + "': " + error.what());
+  }
+}
+
 /// A map that is being built. Belongs to one thread.
 class Builder
 {
@@ -68,8 +93,7 @@ class Builder
   Builder(const NamedRequest& named, const CompareOptions& options)
   {
     built_.name = named.name;
-    const MapDefinition definition = readMapDefinition(named.request);
-    built_.map = createMap(definition);
+    built_.map = createMap(definitionOf(named));
     if (auto* learned = dynamic_cast<CLearnedMap*>(built_.map.get()))
       learned->setThreadCount(options.threads);
     built_.cells = cellsOf(built_.map);
@@ -241,6 +265,47 @@ void scoreAll(Comparison& comparison, const CompareOptions& options, const Truth
         "the maps have cells of different sizes or layers: each is scored over its own");
 }
 
+/// For programs: a number a field, with all its digits; nothing where there is none.
+std::string fieldOf(const std::optional<double>& number)
+{
+  return number ? shortest(*number) : "";
+}
+
+std::string comparisonCsv(const Comparison& comparison)
+{
+  const bool scored = !comparison.scoredBy.empty();
+  TextTable table;
+  std::vector<std::string> head{"map"};
+  if (scored)
+  {
+    head.insert(head.end(), {"auc", "average_precision", "log_loss", "brier", "observed_calibration_error",
+                             "observed_share"});
+    for (const ThresholdScore& score : comparison.maps.front().scores->all.thresholds)
+      for (const char* what : {"precision", "recall"})
+        head.push_back(mrpt::format("%s_at_%g", what, score.threshold));
+  }
+  head.insert(head.end(), {"scans", "ms_a_scan", "memory_bytes"});
+  table.add(head);
+  for (const ComparedMap& map : comparison.maps)
+  {
+    std::vector<std::string> row{map.name};
+    if (scored)
+    {
+      const Scores& all = map.scores->all;
+      for (const std::optional<double>& number :
+           {all.areaUnderRoc, all.averagePrecision, all.logLoss, all.brier,
+            map.scores->observed.calibrationError, std::optional(map.scores->observedShare())})
+        row.push_back(fieldOf(number));
+      for (const ThresholdScore& score : all.thresholds)
+        row.insert(row.end(), {fieldOf(score.atLeast.precision), fieldOf(score.atLeast.recall)});
+    }
+    row.insert(row.end(), {std::to_string(map.scans.usedCount()), shortest(1e3 * map.insertionOfOne_s()),
+                           map.memoryBytes ? std::to_string(*map.memoryBytes) : ""});
+    table.add(row);
+  }
+  return csvOf(table);
+}
+
 std::string memoryText(const std::optional<uint64_t>& bytes)
 {
   return bytes ? mrpt::format("%.3f", static_cast<double>(*bytes) / (1024.0 * 1024.0)) : "-";
@@ -272,8 +337,8 @@ Comparison compareMaps(const CompareOptions& options, const ProgressSink& progre
   if (!options.tablePath.empty())
   {
     const bool markdown = std::filesystem::path(options.tablePath).extension() == ".md";
-    const TextTable table = comparisonTable(comparison);
-    writeFileAtomically(options.tablePath, markdown ? markdownOf(table) : csvOf(table));
+    writeFileAtomically(options.tablePath,
+                        markdown ? markdownOf(comparisonTable(comparison)) : comparisonCsv(comparison));
   }
   if (!options.pagePath.empty())
   {
@@ -290,7 +355,8 @@ TextTable comparisonTable(const Comparison& comparison)
   std::vector<std::string> head{"map"};
   if (scored)
   {
-    head.insert(head.end(), {"AUC", "avg. precision", "log loss", "Brier", "calibration error", "observed"});
+    head.insert(head.end(),
+                {"AUC", "avg. precision", "log loss", "Brier", "calibration error (observed)", "observed"});
     for (const ThresholdScore& score : comparison.maps.front().scores->all.thresholds)
       head.push_back(mrpt::format("P / R, p >= %g", score.threshold));
   }

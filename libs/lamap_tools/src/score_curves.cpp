@@ -62,6 +62,15 @@ void appendLine(FileOutput& file, const std::string& head, std::initializer_list
   file.append("\n");
 }
 
+/// As much of a title as there is room for below a panel; long ones are paths, whose ends tell them apart.
+std::string shortened(const std::string& title)
+{
+  constexpr size_t kMost = 50;
+  constexpr size_t kBegin = 16;
+  if (title.size() <= kMost) return title;
+  return title.substr(0, kBegin) + "..." + title.substr(title.size() - (kMost - kBegin - 3));
+}
+
 /// Two panels side by side: all cells, observed cells; a curve for each map.
 class CurvePlot
 {
@@ -97,7 +106,7 @@ class CurvePlot
       const std::string block = "$" + std::string(set.name) + std::to_string(i);
       if (!points.empty()) blocks += block + " << EOD\n" + points + "EOD\n";
       curves += ", " + (points.empty() ? "NaN" : block + " using 1:2") + " with " + style_ + " lw 2 lc " +
-                std::to_string(i + 1) + " title " + gnuplotText(titleOf(maps_[i], scores));
+                std::to_string(i + 1) + " title " + gnuplotText(shortened(titleOf(maps_[i], scores)));
     }
     return blocks + "set title " + gnuplotText(set.title) +
            "\nset key outside below left Left reverse vertical maxcols 1\n"
@@ -165,7 +174,7 @@ void writeRocCurves(const std::vector<MapScores>& maps, const std::string& path)
   CurvePlot(maps, "set xlabel 'false positive rate'\nset ylabel 'true positive rate'\n", "lines")
       .draw(path, rocPoints,
             [](const MapScores& map, const Scores& scores)
-            { return map.name + ": AUC " + scoreText(scores.areaUnderRoc); });
+            { return "AUC " + scoreText(scores.areaUnderRoc) + "  " + map.name; });
 }
 
 void writeCalibration(const std::vector<MapScores>& maps, const std::string& path)
@@ -188,7 +197,7 @@ void writeCalibration(const std::vector<MapScores>& maps, const std::string& pat
             "linespoints pt 7")
       .draw(path, calibrationPoints,
             [](const MapScores& map, const Scores& scores)
-            { return map.name + ": calibration error " + scoreText(scores.calibrationError); });
+            { return "error " + scoreText(scores.calibrationError) + "  " + map.name; });
 }
 
 }  // namespace lamap::tools

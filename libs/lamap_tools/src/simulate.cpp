@@ -4,6 +4,7 @@
 #include <lamap_sim/truth.h>
 #include <lamap_tools/file_output.h>
 #include <lamap_tools/map_setup.h>
+#include <lamap_tools/output_paths.h>
 #include <lamap_tools/pose_track.h>
 #include <lamap_tools/simulate.h>
 #include <lamap_tools/usage_error.h>
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <set>
 #include <stdexcept>
@@ -139,10 +141,18 @@ std::vector<Pose> repeatedForPings(const std::vector<Pose>& poses, const SensorM
   return shots;
 }
 
+std::vector<TimedPose> trackOf(const std::string& trajectory)
+{
+  if (!std::filesystem::exists(trajectory))
+    throw UsageError("--trajectory " + trajectory +
+                     ": is neither stops nor driving, and there is no such file of poses (TUM format)");
+  return readPoseFile(trajectory);
+}
+
 std::vector<Pose> posesFromFile(const SimulateOptions& options, const SensorModel& sensor)
 {
   std::vector<Pose> poses;
-  for (const TimedPose& timed : readPoseFile(options.trajectory))
+  for (const TimedPose& timed : trackOf(options.trajectory))
   {
     poses.push_back(poseOf(timed.pose_map));
     const bool level = std::abs(poses.back().pitch_rad) < 1e-6 && std::abs(poses.back().roll_rad) < 1e-6;
@@ -213,6 +223,29 @@ int truthDepthInCells(const SimulateOptions& options)
   return static_cast<int>(cells);
 }
 
+/// Beyond these a unit is mistaken.
+constexpr double kMostNoise_m = 100;
+constexpr double kMostNoise_deg = 180;
+constexpr double kMostOdometryNoise = 10;
+
+void requireLegalNoise(const SimulateOptions& options)
+{
+  const sim::NoiseOptions& noise = options.noise;
+  const auto require = [](const char* flag, double number, double most, const char* unit)
+  {
+    // By its negation: NaN is refused.
+    if (!(number >= 0 && number <= most))
+      throw UsageError(mrpt::format("%s: %g%s: must be from 0 to %g%s", flag, number, unit, most, unit));
+  };
+  require("--range-noise", noise.range_m, kMostNoise_m, " m");
+  require("--angle-noise", noise.angle_rad / kDegree, kMostNoise_deg, " deg");
+  require("--point-noise", noise.point_m, kMostNoise_m, " m");
+  require("--missing", noise.missing, 1, "");
+  require("--odometry-noise", options.odometryNoise, kMostOdometryNoise, "");
+  require("--pose-noise", noise.position_m, kMostNoise_m, " m");
+  require("--pose-noise", noise.turn_rad / kDegree, kMostNoise_deg, " deg");
+}
+
 void requireLegal(const SimulateOptions& options)
 {
   requireKnown("world", options.world, sim::worldNames());
@@ -230,11 +263,10 @@ void requireLegal(const SimulateOptions& options)
   const double resolution = options.resolution_m;
   require(resolution > 0 && std::isfinite(resolution), "--resolution", resolution,
           "finite and above 0, in m");
-  const double odometry = options.odometryNoise;
-  require(odometry >= 0 && std::isfinite(odometry), "--odometry-noise", odometry, "finite and 0 or more");
-  if (odometry > 0 && endsWith(options.outPath, ".simplemap"))
+  if (options.odometryNoise > 0 && endsWith(options.outPath, ".simplemap"))
     throw UsageError("--odometry-noise: a .simplemap has no odometry; give --pose-noise, or a .rawlog");
   (void)truthDepthInCells(options);
+  requireLegalNoise(options);
 }
 
 /// The paths of what comes beside a log.
@@ -351,10 +383,8 @@ class Simulation
     report_.files = {options_.outPath, besideLog(options_.outPath, ".tum"),
                      besideLog(options_.outPath, ".ini")};
     report_.files.insert(report_.files.end(), options_.truthPaths.begin(), options_.truthPaths.end());
-    for (size_t i = 0; i < report_.files.size(); ++i)
-      for (size_t j = 0; j < i; ++j)
-        if (report_.files[i] == report_.files[j])
-          throw UsageError(report_.files[i] + ": would be written twice");
+    requireOwnPlaces(report_.files,
+                     {isMotionName(options_.trajectory) ? std::string() : options_.trajectory});
     for (const std::string& path : report_.files) files_.push_back(std::make_unique<FileOutput>(path));
   }
 

@@ -14,9 +14,12 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <filesystem>
 #include <mutex>
 #include <ostream>
+#include <set>
 #include <stdexcept>
 
 #include "held_out_cells.h"
@@ -43,6 +46,13 @@ std::vector<std::string> valuesOf(const std::string& text)
   return settings;
 }
 
+std::string lowerCase(std::string text)
+{
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
 /// What is fixed, and all combinations of what is searched.
 struct SearchSpace
 {
@@ -53,9 +63,16 @@ struct SearchSpace
 SearchSpace searchSpaceOf(const std::vector<std::string>& settings)
 {
   SearchSpace space;
+  std::set<std::string> keys;
   for (const std::string& text : settings)
   {
     const std::vector<std::string> values = valuesOf(text);
+    const Setting setting = parseSetting(text);
+    if (!keys.insert(lowerCase(setting.section + "." + setting.key)).second)
+      throw UsageError("-s " + text + ": " + setting.section + "." + setting.key +
+                       " is given twice; give all its values by commas");
+    if (const std::set<std::string> different(values.begin(), values.end()); different.size() < values.size())
+      throw UsageError("-s " + text + ": one of the values is given twice");
     if (values.size() == 1)
     {
       space.fixed.push_back(text);
@@ -258,6 +275,8 @@ void requireLegalOptions(const TuneOptions& options)
   if (!(options.maxRange_m >= 0) || !std::isfinite(options.maxRange_m))
     throw UsageError("--max-range: must be a length > 0, in m");
   if (options.outPath.empty()) return;
+  if (std::filesystem::path(options.outPath).extension() != ".ini")
+    throw UsageError("-o " + options.outPath + ": the settings are saved as .ini");
   const AtomicFile placeIsWritable(options.outPath);
 }
 
