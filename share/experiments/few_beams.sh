@@ -1,7 +1,7 @@
 #!/bin/bash
 # What learned maps are for: maps are built from all beams of a laser and from every 4th, 10th and 30th of them; then stock
-# pf-localization has to find the robot in each of them. How many of 20 runs end within 0.5 m of where the robot is, in
-# MRPT's localization_demo and in a simulated corridor.
+# pf-localization has to find the robot in each of them. How many of 20 runs end within 0.5 m, and within 1 m, of where the
+# robot is, in MRPT's localization_demo and in a simulated corridor.
 set -euo pipefail
 # shellcheck source=share/experiments/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
@@ -101,17 +101,23 @@ config()
   map_sections "$kind"
 }
 
-# localize CONFIG GOAL: 1 if a run ends within 0.5 m of "x,y", else 0.
+# localize CONFIG GOAL: how far from "x,y" a run ends, in metres. No answer at all ends the experiment.
 localize()
 {
-  local folder
+  local folder last
   folder=$(mktemp -d)
   cp "$1" "$folder/run.ini"
   (cd "$folder" && "$lamap" run --no-check -- pf-localization run.ini < /dev/null > printed.txt 2>&1) || true
-  grep -o 'PDF estimation: ([-0-9.e]*,[-0-9.e]*' "$folder/printed.txt" | tail -n 1 | sed 's/.*(//' |
-    awk -F, -v goal="$2" 'BEGIN { split(goal, at, ",") } { near = sqrt(($1 - at[1])^2 + ($2 - at[2])^2) < 0.5 }
-      END { print near + 0 }'
+  last=$(grep -o 'PDF estimation: ([-0-9.e]*,[-0-9.e]*' "$folder/printed.txt" | tail -n 1 | sed 's/.*(//')
+  if [[ -z $last ]]; then
+    echo "few_beams.sh: pf-localization gave no pose with $1:" >&2
+    tail -n 5 "$folder/printed.txt" >&2
+    rm -rf "$folder"
+    return 255  # xargs starts no more then
+  fi
   rm -rf "$folder"
+  awk -v last="$last" -v goal="$2" 'BEGIN { split(last, is, ","); split(goal, at, ",")
+    print sqrt((is[1] - at[1])^2 + (is[2] - at[2])^2) }'
 }
 export -f localize
 export lamap
@@ -137,8 +143,8 @@ experiment()
       config "$kind" "$log" "$data/$name.$every.simplemap.gz" "$area" > "$data/$name.$every.$kind.ini"
       local found
       found=$(seq "$runs" | xargs -P "$(nproc)" -I{} bash -c "localize '$data/$name.$every.$kind.ini' '$goal'" |
-        awk '{ sum += $1 } END { print sum + 0 }')
-      echo "  $kind: $found of $runs"
+        awk '{ half += $1 < 0.5; one += $1 < 1 } END { print half + 0 " / " one + 0 }')
+      echo "  $kind: within 0.5 m / 1 m in $found of $runs"
       row+=" $found |"
     done
     echo "$row" >> "$table"
