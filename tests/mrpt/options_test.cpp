@@ -346,6 +346,9 @@ TEST(Definition, MistypedSectionsAndKeysAreNamed)
               "\"map_bgkMap_00_insertOpts\"");
   EXPECT_SAYS(complaintOfDefinition("[map_bgkMap_00_creationOpts]\nresolutoin=3\n"), "resolutoin",
               "resolution");
+  EXPECT_SAYS(complaintOfDefinition("[map_bgkMap_00_insertOpts]\nResolution=0.2\n"),
+              "\"resolution\" in section \"map_bgkMap_00_insertOpts\"",
+              "belongs to section \"map_bgkMap_00_creationOpts\"");
   EXPECT_SAYS(complaintOfDefinition("[map_bgkMap_00_creationOpts]\npreset=tesis\n"), "creationOpts.preset",
               "thesis");
   for (const std::string resolution : {"0", "-0.1", "nan", "0.1m"})

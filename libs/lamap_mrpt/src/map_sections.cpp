@@ -55,6 +55,25 @@ std::optional<std::string> unmet(const Option::AnyOf& conditions, const std::vec
 }
 }  // namespace
 
+void requireOptionsInTheirSections(const mrpt::config::CConfigFileBase& source,
+                                   const std::vector<LoadedGroup>& groups)
+{
+  for (const LoadedGroup& group : groups)
+  {
+    std::vector<std::string> keys;
+    source.getAllKeys(group.section, keys);
+    for (const std::string& key : keys)
+    {
+      if (group.loaded->optionTable().find(key) || !hasKey(source, group.section, key)) continue;
+      for (const LoadedGroup& other : groups)
+        if (const Option* option = other.loaded->optionTable().find(key))
+          throw std::invalid_argument(withoutBrackets("option \"" + option->key + "\" in section \"" +
+                                                      group.section + "\" of " + nameOf(source) +
+                                                      " belongs to section \"" + other.section + "\""));
+    }
+  }
+}
+
 std::vector<std::string> settingsWithoutEffect(const mrpt::config::CConfigFileBase& source,
                                                const std::vector<LoadedGroup>& groups)
 {

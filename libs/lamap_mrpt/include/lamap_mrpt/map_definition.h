@@ -64,6 +64,10 @@ void loadDefinition(Definition& definition, const mrpt::config::CConfigFileBase&
   requireKnownSections(source, prefix);
   const std::string creationSection = prefix + kCreationSection;
   const std::string insertSection = prefix + kInsertSection;
+  requireOptionsInTheirSections(source, {{creationSection, &definition.creationOpts},
+                                         {insertSection, &definition.insertionOpts},
+                                         {prefix + kLikelihoodSection, &definition.likelihoodOpts},
+                                         {prefix + kRenderSection, &definition.renderingOpts}});
   if (hasKey(source, creationSection, "preset"))
   {
     definition.creationOpts.loadFromConfigFile(source, creationSection);

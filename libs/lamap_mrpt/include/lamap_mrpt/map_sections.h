@@ -28,6 +28,11 @@ struct LoadedGroup
   const TOptionGroup* preset = nullptr;
 };
 
+/** Refuses an option that stands in the section of another group of its map.
+ * @throws std::invalid_argument naming file, key, section and the right section */
+void requireOptionsInTheirSections(const mrpt::config::CConfigFileBase& source,
+                                   const std::vector<LoadedGroup>& groups);
+
 /** What a source sets, other than the preset does, though it has no effect beside the map's other options.
  * @return a message each, naming the option, its text, and on what its effect depends */
 [[nodiscard]] std::vector<std::string> settingsWithoutEffect(const mrpt::config::CConfigFileBase& source,
