@@ -1,5 +1,6 @@
 #include "commands.h"
 
+#include <lamap_tools/file_output.h>
 #include <lamap_tools/held_out.h>
 #include <lamap_tools/output_paths.h>
 #include <lamap_tools/progress_bar.h>
@@ -80,7 +81,7 @@ int againstTruth(const Arguments& arguments)
 void printHeldOut(const tools::HeldOutReport& report)
 {
   std::cout << report.heldOut << " scans held out, " << report.scans.usedCount() << " in the map; rays up to "
-            << (report.maxRange_m > 0 ? std::to_string(report.maxRange_m) + " m"
+            << (report.maxRange_m > 0 ? tools::shortest(report.maxRange_m) + " m"
                                       : std::string("the range that the scans state"))
             << " are scored\n";
   for (const auto& [what, count] : report.scans.leftOut)

@@ -42,16 +42,16 @@ void describeView(CLI::App& command, Arguments& arguments)
   command.add_option(
       "--size", arguments.size,
       "WIDTHxHEIGHT in pixels, 320 to 8192 each; default: 1600 wide, as high as the map asks for");
-  command
-      .add_option("--azimuth", options.azimuth_deg,
-                  "3d: where the camera stands, counter-clockwise from +x [deg]")
-      ->capture_default_str();
-  command.add_option("--elevation", options.elevation_deg, "3d: how high the camera stands, -90 to 90 [deg]")
-      ->capture_default_str();
+  const auto usually = [](double degrees) { return "; default " + CLI::detail::to_string(degrees); };
+  command.add_option(
+      "--azimuth", options.azimuth_deg,
+      "3d: where the camera stands, counter-clockwise from +x [deg]" + usually(tools::kUsualAzimuth_deg));
+  command.add_option("--elevation", options.elevation_deg,
+                     "3d: how high the camera stands, -90 to 90 [deg]" + usually(tools::kUsualElevation_deg));
   command.add_option("--zoom", options.zoom, "1 shows all, 2 the middle half, ...")->capture_default_str();
   command
       .add_option("--box", arguments.box,
-                  "x0,y0,z0,x1,y1,z1 [m]: the part of the map to show, so that several maps' pictures match; "
+                  "x0,y0,z0,x1,y1,z1 [m]: the part of the map to show; several maps' pictures match then; "
                   "default: around the occupied cells")
       ->delimiter(',')
       ->expected(6);

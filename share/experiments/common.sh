@@ -36,6 +36,7 @@ start_experiment()
     exit 2
   fi
   lamap=${LAMAP:-$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)/build/bin/lamap}
+  lamap=$(command -v "$lamap" || echo "$lamap")
   if [[ ! -x $lamap ]]; then
     echo "${0##*/}: there is no $lamap: run ./demo.sh or build the target lamap, or name the tool in LAMAP" >&2
     exit 1
@@ -74,8 +75,10 @@ world()
 
 worlds()
 {
-  world structured structured --seed $seed
-  world unstructured unstructured --seed $seed
+  local scans=12
+  $quick && scans=6
+  world structured structured --seed $seed --scans $scans
+  world unstructured unstructured --seed $seed --scans $scans
 }
 
 # About as many rays as the thesis kept of the corridor, 5,000 a scan: every 17th of 89,000.

@@ -111,7 +111,9 @@ TEST_F(MapCommands, WrongUsageEndsWith2)
   for (const char* wrong :
        {"info", "query $/a.lamap.gz", "query $/a.lamap.gz --at 1,2",
         "query $/a.lamap.gz --at 1,2,3 --points x", "export $/a.lamap.gz", "export $/a.lamap.gz -o $/m.obj",
-        "export $/a.lamap.gz -o $/m.csv --states most", "render $/a.lamap.gz -o $/m.png --view side",
+        "export $/a.lamap.gz -o $/m.csv --states most", "render $/a.lamap.gz -o $/m.png --azimuth 30",
+        "render $/a.lamap.gz -o $/m.png --view slice --elevation 30",
+        "export $/a.lamap.gz -o $/m.yaml --z-min 2 --z-max 1", "render $/a.lamap.gz -o $/m.png --view side",
         "render $/a.lamap.gz -o $/m.png --size 7", "render $/a.lamap.gz -o $/m.gif",
         "render $/a.lamap.gz -o $/m.png --view slice --z nan"})
   {

@@ -44,10 +44,14 @@ template <>
 std::vector<Idle> idleSettings<CGPMap>()
 {
   const Settings none = {{"insertOpts.freeSpace", "none"}};
-  return {{"creationOpts.planarHeight", "0.5", {}},     {"insertOpts.freeResolution", "0.35", none},
-          {"insertOpts.freeMargin", "0.5", none},       {"insertOpts.protectHits", "1", none},
-          {"insertOpts.freeDownsampling", "0.5", {}},   {"insertOpts.hitDownsampling", "0.5", {}},
-          {"insertOpts.freeDownsampling", "0.35", none}};
+  return {{"creationOpts.planarHeight", "0.5", {}},
+          {"insertOpts.freeResolution", "0.35", none},
+          {"insertOpts.freeMargin", "0.5", none},
+          {"insertOpts.protectHits", "1", none},
+          {"insertOpts.freeDownsampling", "0.5", {}},
+          {"insertOpts.hitDownsampling", "0.5", {}},
+          {"insertOpts.freeDownsampling", "0.35", none},
+          {"insertOpts.varianceThreshold", "0.02", {{"creationOpts.fusion", "bayes"}}}};
 }
 
 std::vector<Idle> idleSettingsOfHilbertMaps(const Settings& descent)

@@ -183,6 +183,10 @@ TEST_F(Compare, RefusesByName)
   wrong.maps = {"bgkMap insertOpts.maxRnge=3"};
   EXPECT_NE(complaint<UsageError>(wrong).find("maxRnge"), std::string::npos);
   EXPECT_EQ(complaint<UsageError>(wrong).rfind("-m 'bgkMap insertOpts.maxRnge=3': ", 0), 0U);
+  wrong.maps = {"octoMap"};
+  wrong.settings = {"creationOpts.planar=true"};
+  EXPECT_NE(complaint<UsageError>(wrong).find("of one map only stands after its name"), std::string::npos);
+  wrong.settings.clear();
   wrong.maps = {": bgkMap"};
   EXPECT_NE(complaint<UsageError>(wrong).find("label is empty"), std::string::npos);
   for (const char* unspaced : {"wide:bgkMap", "wide:", "wide:bgkMap insertOpts.maxRange=3"})

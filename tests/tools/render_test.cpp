@@ -170,6 +170,23 @@ TEST(Render, ABoxFramesDifferentMapsAlike)
   options.box_map->min = {-0.5, -0.5, 0};
   options.box_map->max = {5.5, 3.5, 4};
   EXPECT_EQ(colorsOf(drawMap(room(), options)), colorsOf(drawMap(more, options)));
+  // What lies outside of it is left out.
+  HandMadeCells outside = room();
+  for (int x = 60; x < 64; ++x) outside.put({x, 10, 1}, 0.9, CellState::Occupied);
+  for (int z = 45; z < 50; ++z) outside.put({20, 20, z}, 0.9, CellState::Occupied);
+  for (const View view : {View::Top, View::Slice, View::Perspective})
+  {
+    RenderOptions boxed = sized(view);
+    boxed.box_map = options.box_map;
+    EXPECT_EQ(colorsOf(drawMap(room(), boxed)), colorsOf(drawMap(outside, boxed))) << static_cast<int>(view);
+    boxed.box_map->min = {90, 90, 0};
+    boxed.box_map->max = {91, 91, 4};
+    EXPECT_THROW((void)drawMap(room(), boxed), std::runtime_error) << static_cast<int>(view);
+  }
+  RenderOptions slice = sized(View::Slice);
+  slice.box_map = options.box_map;
+  slice.z_m = 4.5;
+  EXPECT_THROW((void)drawMap(room(), slice), UsageError);
   // It may reach beyond the map, and its heights set the colours.
   options.box_map->max.z = 8;
   EXPECT_NE(colorsOf(drawMap(more, options)), colorsOf(drawMap(room(), sized(View::Top))));

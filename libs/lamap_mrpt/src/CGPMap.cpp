@@ -109,7 +109,7 @@ const OptionTable& CGPMap::TInsertionOptions::optionTable() const
                    {{"freeSpace", {"samples"}}});
     addRangeOptions<Self>(all);
     addThresholdOptions<Self>(all);
-    return addVarianceThresholdOption<Self>(all);
+    return addVarianceThresholdOption<Self>(all).onlyWhere({"varianceThreshold"}, {{"fusion", {"bcm"}}});
   }();
   return table;
 }

@@ -30,6 +30,7 @@ struct NamedRequest
 {
   std::string name;
   MapRequest request;
+  bool hasOwnSettings = false;
 };
 
 /// Whether there is a colon that is not one of the two between a namespace and a class.
@@ -44,14 +45,19 @@ NamedRequest requestOf(const std::string& text, const CompareOptions& options)
 {
   const size_t colon = text.find(": ");
   const bool labelled = colon != std::string::npos;
-  NamedRequest named{labelled ? text.substr(0, colon) : text, {"", options.configPath, options.settings}};
+  NamedRequest named{
+      labelled ? text.substr(0, colon) : text, {"", options.configPath, options.settings}, false};
   std::istringstream words(labelled ? text.substr(colon + 2) : text);
   words >> named.request.mapName;
   if (labelled && named.name.empty()) throw UsageError("-m '" + text + "': the label is empty");
   if (named.request.mapName.empty()) throw UsageError("-m '" + text + "': expected the name of a map");
   if (hasLoneColon(named.request.mapName))
     throw UsageError("-m '" + text + "': expected 'LABEL: MAP', with a space after the colon");
-  for (std::string word; words >> word;) named.request.settings.push_back(word);
+  for (std::string word; words >> word;)
+  {
+    named.request.settings.push_back(word);
+    named.hasOwnSettings = true;
+  }
   return named;
 }
 
@@ -82,7 +88,10 @@ MapDefinition definitionOf(const NamedRequest& named)
   }
   catch (const UsageError& error)
   {
-    throw UsageError("-m '" + named.name + "': " + error.what());
+    const bool shared = named.request.settings.size() > 0 && !named.hasOwnSettings;
+    throw UsageError(
+        "-m '" + named.name + "': " + error.what() +
+        (shared ? "; a setting of one map only stands after its name: -m 'MAP section.key=value'" : ""));
   }
 }
 

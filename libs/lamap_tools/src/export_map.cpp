@@ -1,4 +1,5 @@
 #include <lamap_tools/export_map.h>
+#include <lamap_tools/file_output.h>
 #include <lamap_tools/octomap_file.h>
 #include <lamap_tools/render_map.h>
 #include <lamap_tools/usage_error.h>
@@ -67,6 +68,9 @@ void requireExportable(const std::string& path, const ExportOptions& options)
     refuse("--z-min or --z-max", ".yaml and .png");
   if (options.z_m && (options.zMin_m || options.zMax_m))
     throw UsageError(path + ": --z makes a slice, --z-min and --z-max limit a projection; name one kind");
+  if (options.zMin_m && options.zMax_m && *options.zMin_m > *options.zMax_m)
+    throw UsageError(path + ": --z-min " + shortest(*options.zMin_m) + " is above --z-max " +
+                     shortest(*options.zMax_m));
 }
 
 void exportMap(const CellMap& map, const std::string& path, const ExportOptions& options)

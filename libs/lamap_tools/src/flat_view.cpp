@@ -1,6 +1,7 @@
 #include "flat_view.h"
 
 #include <lamap_tools/cell_table.h>
+#include <lamap_tools/usage_error.h>
 
 #include <algorithm>
 #include <cmath>
@@ -75,12 +76,17 @@ struct Layers
   [[nodiscard]] bool has(const CellIndex& cell) const { return cell.z >= lowest && cell.z <= highest; }
 };
 
-int32_t layerWithMostOccupied(const CellMap& map)
+int32_t layerWithMostOccupied(const CellMap& map, const std::optional<CellExtent>& box)
 {
   std::map<int32_t, size_t> occupied;
-  map.visitCells([&](const CellIndex& cell, const CellEstimate& estimate)
-                 { occupied[cell.z] += estimate.state == CellState::Occupied ? 1 : 0; });
-  if (occupied.empty()) throw std::runtime_error("the map is empty, there is nothing to draw");
+  map.visitCells(
+      [&](const CellIndex& cell, const CellEstimate& estimate)
+      {
+        if (!box || inside(cell, *box)) occupied[cell.z] += estimate.state == CellState::Occupied ? 1 : 0;
+      });
+  if (occupied.empty())
+    throw std::runtime_error(box ? "the map has no cell in the box asked for, there is nothing to draw"
+                                 : "the map is empty, there is nothing to draw");
   return std::max_element(occupied.begin(), occupied.end(),
                           [](auto& a, auto& b) { return a.second < b.second; })
       ->first;
@@ -96,14 +102,25 @@ Layers layersOf(const CellMap& map, const RenderOptions& options)
 {
   Layers layers;
   const double r = map.resolution();
+  const std::optional<CellExtent> box = cellsOfBox(options, r);
+  if (box)
+  {
+    layers.lowest = box->first.z;
+    layers.highest = box->last.z;
+  }
   if (options.view == View::Slice)
   {
-    layers.lowest = options.z_m ? layerNumber(std::floor(*options.z_m / r)) : layerWithMostOccupied(map);
-    layers.highest = layers.lowest;
+    const int32_t layer =
+        options.z_m ? layerNumber(std::floor(*options.z_m / r)) : layerWithMostOccupied(map, box);
+    if (layer < layers.lowest || layer > layers.highest)
+      throw UsageError("a slice at z = " + roundText(*options.z_m) + " m is outside of the box");
+    layers.lowest = layers.highest = layer;
     return layers;
   }
-  if (options.zMin_m) layers.lowest = layerNumber(std::ceil(*options.zMin_m / r - 0.5));
-  if (options.zMax_m) layers.highest = layerNumber(std::floor(*options.zMax_m / r - 0.5));
+  if (options.zMin_m)
+    layers.lowest = std::max(layers.lowest, layerNumber(std::ceil(*options.zMin_m / r - 0.5)));
+  if (options.zMax_m)
+    layers.highest = std::min(layers.highest, layerNumber(std::floor(*options.zMax_m / r - 0.5)));
   return layers;
 }
 
@@ -132,20 +149,23 @@ void crop(int32_t& first, int32_t& last, int32_t frameFirst, int32_t frameLast, 
 
 CellExtent shownExtent(const CellMap& map, const RenderOptions& options, const Layers& layers)
 {
+  const std::optional<CellExtent> box = cellsOfBox(options, map.resolution());
   std::optional<CellExtent> extent;
   map.visitCells(
       [&](const CellIndex& cell, const CellEstimate&)
       {
-        if (!layers.has(cell)) return;
+        if (!layers.has(cell) || (box && !inside(cell, *box))) return;
         if (!extent) extent = CellExtent{cell, cell};
         extent->include(cell);
       });
   if (!extent)
-    throw std::runtime_error("the map has no cell at the heights asked for (" +
-                             heightsText(map, options, layers) + "), there is nothing to draw");
-  const auto frame = pictureFrame(map, options, [&](const CellIndex& cell) { return layers.has(cell); });
-  const CellExtent middle = frame.value_or(*extent);
-  if (options.box_map) extent = frame;
+    throw std::runtime_error(std::string("the map has no cell ") + (box ? "in the box " : "") +
+                             "at the heights asked for (" + heightsText(map, options, layers) +
+                             "), there is nothing to draw");
+  if (box) extent = box;
+  const CellExtent middle =
+      box ? *box
+          : occupiedFrame(map, [&](const CellIndex& cell) { return layers.has(cell); }).value_or(*extent);
   crop(extent->first.x, extent->last.x, middle.first.x, middle.last.x, options.zoom);
   crop(extent->first.y, extent->last.y, middle.first.y, middle.last.y, options.zoom);
   return *extent;

@@ -62,19 +62,18 @@ std::optional<CellExtent> occupiedFrame(const CellMap& map,
   return frame;
 }
 
-std::optional<CellExtent> pictureFrame(const CellMap& map, const RenderOptions& options,
-                                       const std::function<bool(const CellIndex&)>& shown)
+std::optional<CellExtent> cellsOfBox(const RenderOptions& options, double resolution_m)
 {
-  if (!options.box_map) return occupiedFrame(map, shown);
+  if (!options.box_map) return std::nullopt;
   // A box often ends on faces of cells, which rounding may put to either side.
   constexpr double kOnFace_cells = 1e-6;
   const auto cell = [&](double number) { return static_cast<int32_t>(std::clamp(number, -1e9, 1e9)); };
-  const auto first = [&](double m) { return cell(std::floor(m / map.resolution() + kOnFace_cells)); };
-  const auto last = [&](double m) { return cell(std::ceil(m / map.resolution() - kOnFace_cells) - 1); };
+  const auto first = [&](double m) { return cell(std::floor(m / resolution_m + kOnFace_cells)); };
+  const auto last = [&](double m) { return cell(std::ceil(m / resolution_m - kOnFace_cells) - 1); };
   const auto& [low, high] = *options.box_map;
-  CellExtent frame{{first(low.x), first(low.y), first(low.z)}, {last(high.x), last(high.y), last(high.z)}};
-  frame.include(frame.first);  // a box thinner than a cell
-  return frame;
+  CellExtent extent{{first(low.x), first(low.y), first(low.z)}, {last(high.x), last(high.y), last(high.z)}};
+  extent.include(extent.first);  // a box thinner than a cell
+  return extent;
 }
 
 }  // namespace lamap::tools

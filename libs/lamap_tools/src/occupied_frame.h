@@ -18,8 +18,13 @@ namespace lamap::tools
 [[nodiscard]] std::optional<CellExtent> occupiedFrame(const CellMap& map,
                                                       const std::function<bool(const CellIndex&)>& shown);
 
-/// What a picture is about: the box that the options give, else the occupiedFrame().
-[[nodiscard]] std::optional<CellExtent> pictureFrame(const CellMap& map, const RenderOptions& options,
-                                                     const std::function<bool(const CellIndex&)>& shown);
+/// The cells of the box that the options give, at least one along each axis; nothing if they give none.
+[[nodiscard]] std::optional<CellExtent> cellsOfBox(const RenderOptions& options, double resolution_m);
+
+[[nodiscard]] inline bool inside(const CellIndex& cell, const CellExtent& extent)
+{
+  const auto& [a, b] = extent;
+  return cell.x >= a.x && cell.x <= b.x && cell.y >= a.y && cell.y <= b.y && cell.z >= a.z && cell.z <= b.z;
+}
 
 }  // namespace lamap::tools

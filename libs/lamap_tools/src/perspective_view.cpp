@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 #include "occupied_frame.h"
 #include "picture_frame.h"
@@ -48,11 +49,25 @@ TColor mixed(const TColor& below, const TColor& above, double opacity)
           mixed(below.B, above.B, opacity)};
 }
 
-bool withinHeights(const CellIndex& cell, double resolution_m, const RenderOptions& options)
+/// Which cells are drawn.
+struct Selection
 {
-  const double z_m = (cell.z + 0.5) * resolution_m;
-  return (!options.zMin_m || z_m >= *options.zMin_m) && (!options.zMax_m || z_m <= *options.zMax_m);
-}
+  Selection(const RenderOptions& given, double resolution)
+      : options(given), resolution_m(resolution), box(cellsOfBox(given, resolution))
+  {
+  }
+
+  [[nodiscard]] bool has(const CellIndex& cell) const
+  {
+    const double z_m = (cell.z + 0.5) * resolution_m;
+    return (!options.zMin_m || z_m >= *options.zMin_m) && (!options.zMax_m || z_m <= *options.zMax_m) &&
+           (!box || inside(cell, *box));
+  }
+
+  const RenderOptions& options;
+  double resolution_m = 0;
+  std::optional<CellExtent> box;
+};
 
 /// The cells to draw, relative to the first cell of their extent, 2^coarseness finest cells an edge.
 struct Cells
@@ -66,19 +81,20 @@ struct Cells
   float greatestVariance = 0;
 };
 
-CellExtent occupiedExtent(const CellMap& map, const RenderOptions& options)
+CellExtent occupiedExtent(const CellMap& map, const Selection& selection)
 {
   std::optional<CellExtent> extent;
   map.visitCells(
       [&](const CellIndex& cell, const CellEstimate& estimate)
       {
-        if (estimate.state != CellState::Occupied || !withinHeights(cell, map.resolution(), options)) return;
+        if (estimate.state != CellState::Occupied || !selection.has(cell)) return;
         if (!extent) extent = CellExtent{cell, cell};
         extent->include(cell);
       });
   if (!extent)
-    throw std::runtime_error(
-        "the map has no occupied cell at the heights asked for, there is nothing to draw");
+    throw std::runtime_error(std::string("the map has no occupied cell ") +
+                             (selection.box ? "in the box" : "at the heights") +
+                             " asked for, there is nothing to draw");
   return *extent;
 }
 
@@ -89,21 +105,16 @@ CellIndex coarse(const CellIndex& cell, const CellExtent& extent, int coarseness
   return {index(cell.x, extent.first.x), index(cell.y, extent.first.y), index(cell.z, extent.first.z)};
 }
 
-bool inside(const CellIndex& cell, const CellExtent& extent)
+Cells gather(const CellMap& map, const Selection& selection, const CellExtent& extent, int coarseness)
 {
-  const auto& [a, b] = extent;
-  return cell.x >= a.x && cell.x <= b.x && cell.y >= a.y && cell.y <= b.y && cell.z >= a.z && cell.z <= b.z;
-}
-
-Cells gather(const CellMap& map, const RenderOptions& options, const CellExtent& extent, int coarseness)
-{
+  const RenderOptions& options = selection.options;
   Cells cells;
   cells.extent = extent;
   cells.coarseness = coarseness;
   map.visitCells(
       [&](const CellIndex& cell, const CellEstimate& estimate)
       {
-        if (!inside(cell, extent) || !withinHeights(cell, map.resolution(), options)) return;
+        if (!inside(cell, extent) || !selection.has(cell)) return;
         if (estimate.state == CellState::Free && options.showFree)
           cells.free.push_back(coarse(cell, extent, coarseness));
         if (estimate.state != CellState::Occupied) return;
@@ -125,14 +136,14 @@ Cells gather(const CellMap& map, const RenderOptions& options, const CellExtent&
 /// As fine as kMaxFaces allows.
 Cells gatherWithinLimits(const CellMap& map, const RenderOptions& options)
 {
-  const CellExtent extent = occupiedExtent(map, options);
+  const Selection selection(options, map.resolution());
+  const CellExtent extent = occupiedExtent(map, selection);
   const CellExtent frame =
-      pictureFrame(map, options,
-                   [&](const CellIndex& cell) { return withinHeights(cell, map.resolution(), options); })
-          .value();
+      selection.box ? *selection.box
+                    : occupiedFrame(map, [&](const CellIndex& cell) { return selection.has(cell); }).value();
   for (int coarseness = 0;; ++coarseness)
   {
-    Cells cells = gather(map, options, extent, coarseness);
+    Cells cells = gather(map, selection, extent, coarseness);
     cells.frame = frame;
     if (VoxelMesh(cells.occupied, 1).faceCount() + VoxelMesh(cells.free, 1).faceCount() <= kMaxFaces)
       return cells;
@@ -281,8 +292,8 @@ PinholeView viewOf(const Cells& cells, const Ground& ground, const RenderOptions
       points.push_back(Vector3d(x, y, ground.z_m) - ground.origin_map);
 
   PinholeView view;
-  view.azimuth_rad = options.azimuth_deg * kDegree;
-  view.elevation_rad = options.elevation_deg * kDegree;
+  view.azimuth_rad = options.azimuth_deg.value_or(kUsualAzimuth_deg) * kDegree;
+  view.elevation_rad = options.elevation_deg.value_or(kUsualElevation_deg) * kDegree;
   view.verticalFov_rad = 30 * kDegree;
   view.width = width;
   constexpr double kMargin = 20;

@@ -55,9 +55,12 @@ void requireLegal(const RenderOptions& options)
     refuse("a zoom of " + shortest(options.zoom) + "; expected 0.001 to 1000");
   for (const auto& height_m : {options.z_m, options.zMin_m, options.zMax_m})
     if (height_m && !std::isfinite(*height_m)) refuse("a height is not a finite number [m]");
-  if (!std::isfinite(options.azimuth_deg)) refuse("the azimuth is not a finite number [deg]");
-  if (!(options.elevation_deg >= -90 && options.elevation_deg <= 90))
-    refuse("an elevation of " + shortest(options.elevation_deg) + " deg; expected -90 to 90");
+  if (options.azimuth_deg && !std::isfinite(*options.azimuth_deg))
+    refuse("the azimuth is not a finite number [deg]");
+  if (options.elevation_deg && !(std::abs(*options.elevation_deg) <= 90))
+    refuse("an elevation of " + shortest(*options.elevation_deg) + " deg; expected -90 to 90");
+  if ((options.azimuth_deg || options.elevation_deg) && options.view != View::Perspective)
+    refuse("azimuth and elevation are of the 3d view's camera");
   if (options.box_map) requireLegalBox(*options.box_map);
   if (options.zMin_m && options.zMax_m && !(*options.zMin_m <= *options.zMax_m))
     refuse("a z-min of " + shortest(*options.zMin_m) + " m above the z-max of " + shortest(*options.zMax_m) +

@@ -24,6 +24,9 @@ enum class ColorBy
   Variance
 };
 
+constexpr double kUsualAzimuth_deg = -60;
+constexpr double kUsualElevation_deg = 40;
+
 struct RenderOptions
 {
   View view = View::Top;
@@ -38,14 +41,14 @@ struct RenderOptions
   int height = 0;
   /// Perspective: where the camera stands as seen from the map: counter-clockwise from +x, and above the
   /// ground [deg].
-  double azimuth_deg = -60;
-  double elevation_deg = 40;
+  std::optional<double> azimuth_deg;
+  std::optional<double> elevation_deg;
   /// 1 shows where cells are occupied (few far ones left out), 2 the middle half of that, 0.5 twice as much.
   double zoom = 1;
   /// Perspective: free space as a faint surface.
   bool showFree = false;
-  /// Top, Slice: the part of the map that is shown [m]; Perspective: what the camera looks at. Its heights
-  /// are those that colours stand for. Default: around the occupied cells, few far ones left out.
+  /// The part of the map that is shown [m]: cells outside of it are left out, and its heights are those that
+  /// colours stand for. Default: around the occupied cells, few far ones left out (the 3D view shows these).
   std::optional<mrpt::math::TBoundingBox> box_map{};
 };
 
