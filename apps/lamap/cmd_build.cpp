@@ -1,8 +1,8 @@
 #include "commands.h"
 
-#include <lamap_tools/map_build.h>
-#include <lamap_tools/output_paths.h>
-#include <lamap_tools/progress_bar.h>
+#include <lamap_tools/commands/map_build.h>
+#include <lamap_tools/commands/progress_bar.h>
+#include <lamap_tools/files/output_paths.h>
 
 #include <iostream>
 #include <memory>

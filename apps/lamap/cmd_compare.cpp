@@ -1,9 +1,9 @@
 #include "commands.h"
 
-#include <lamap_tools/compare.h>
-#include <lamap_tools/output_paths.h>
-#include <lamap_tools/progress_bar.h>
-#include <lamap_tools/score_report.h>
+#include <lamap_tools/commands/compare.h>
+#include <lamap_tools/commands/progress_bar.h>
+#include <lamap_tools/files/output_paths.h>
+#include <lamap_tools/scores/score_report.h>
 
 #include <iostream>
 #include <memory>

@@ -1,11 +1,11 @@
 #include "commands.h"
 
-#include <lamap_tools/file_output.h>
-#include <lamap_tools/held_out.h>
-#include <lamap_tools/output_paths.h>
-#include <lamap_tools/progress_bar.h>
-#include <lamap_tools/score_report.h>
-#include <lamap_tools/usage_error.h>
+#include <lamap_tools/commands/held_out.h>
+#include <lamap_tools/commands/progress_bar.h>
+#include <lamap_tools/files/file_output.h>
+#include <lamap_tools/files/output_paths.h>
+#include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/scores/score_report.h>
 
 #include <iostream>
 #include <memory>

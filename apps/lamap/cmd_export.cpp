@@ -1,7 +1,7 @@
 #include "commands.h"
 
-#include <lamap_tools/export_map.h>
-#include <lamap_tools/output_paths.h>
+#include <lamap_tools/export/export_map.h>
+#include <lamap_tools/files/output_paths.h>
 
 #include <memory>
 #include <string>

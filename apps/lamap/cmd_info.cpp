@@ -1,6 +1,6 @@
 #include "commands.h"
 
-#include <lamap_tools/map_info.h>
+#include <lamap_tools/commands/map_info.h>
 
 #include <iostream>
 #include <memory>

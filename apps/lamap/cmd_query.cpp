@@ -1,6 +1,6 @@
 #include "commands.h"
 
-#include <lamap_tools/query_map.h>
+#include <lamap_tools/cells/query_map.h>
 
 #include <iostream>
 #include <memory>

@@ -1,7 +1,7 @@
 #include "commands.h"
 
-#include <lamap_tools/output_paths.h>
-#include <lamap_tools/render_map.h>
+#include <lamap_tools/files/output_paths.h>
+#include <lamap_tools/pictures/render_map.h>
 
 #include <map>
 #include <memory>

@@ -1,6 +1,6 @@
 #include "commands.h"
 
-#include <lamap_tools/plugin_run.h>
+#include <lamap_tools/config/plugin_run.h>
 
 #include <memory>
 

@@ -1,8 +1,8 @@
 #include "commands.h"
 
-#include <lamap_tools/progress_bar.h>
-#include <lamap_tools/simulate.h>
-#include <lamap_tools/usage_error.h>
+#include <lamap_tools/commands/progress_bar.h>
+#include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/simulate/simulate.h>
 #include <unistd.h>
 
 #include <cstdint>

@@ -1,8 +1,8 @@
 #include "commands.h"
 
-#include <lamap_tools/output_paths.h>
-#include <lamap_tools/progress_bar.h>
-#include <lamap_tools/thin_log.h>
+#include <lamap_tools/commands/progress_bar.h>
+#include <lamap_tools/commands/thin_log.h>
+#include <lamap_tools/files/output_paths.h>
 
 #include <iostream>
 #include <memory>

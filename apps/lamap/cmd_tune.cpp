@@ -1,8 +1,8 @@
 #include "commands.h"
 
-#include <lamap_tools/output_paths.h>
-#include <lamap_tools/progress_bar.h>
-#include <lamap_tools/tune.h>
+#include <lamap_tools/commands/progress_bar.h>
+#include <lamap_tools/commands/tune.h>
+#include <lamap_tools/files/output_paths.h>
 
 #include <iostream>
 #include <memory>

@@ -1,6 +1,6 @@
 #include "log_arguments.h"
 
-#include <lamap_tools/query_map.h>
+#include <lamap_tools/cells/query_map.h>
 #include <unistd.h>
 
 #include <iostream>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_tools/map_build.h>
+#include <lamap_tools/commands/map_build.h>
 
 #include <CLI/CLI.hpp>
 #include <string>

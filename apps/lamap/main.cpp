@@ -1,8 +1,8 @@
 #include "commands.h"
 
-#include <lamap_mrpt/mrpt_compat.h>
-#include <lamap_mrpt/nearest_name.h>
-#include <lamap_tools/usage_error.h>
+#include <lamap_mrpt/compat/mrpt_compat.h>
+#include <lamap_mrpt/options/nearest_name.h>
+#include <lamap_tools/files/usage_error.h>
 
 #include <algorithm>
 #include <iostream>

@@ -2,8 +2,8 @@
 // times as fast as COctoMap each is. Only ratios of one run mean anything: machines are noisy.
 //   insertion_benchmark --benchmark_repetitions=9
 #include <benchmark/benchmark.h>
-#include <lamap_mrpt/CBGKMap.h>
-#include <lamap_mrpt/observation_rays.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
+#include <lamap_mrpt/observations/observation_rays.h>
 #include <mrpt/maps/COctoMap.h>
 #include <octomap/octomap.h>
 

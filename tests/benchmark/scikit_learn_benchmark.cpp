@@ -5,11 +5,11 @@
 // structured simulation, in the folder that the environment variable LAMAP_DATA names, each scored by the map
 // of all others; without it they are taken in the `structured` world of lamap_sim, scored by its truth. Exit
 // code 77: skipped, scikit-learn is missing.
-#include <lamap_core/hilbert_map.h>
-#include <lamap_core/hilbert_overlapping_map.h>
-#include <lamap_core/metrics.h>
-#include <lamap_core/portable_math.h>
-#include <lamap_core/scan_frame.h>
+#include <lamap_core/hilbert/map.h>
+#include <lamap_core/math/portable_math.h>
+#include <lamap_core/metrics/metrics.h>
+#include <lamap_core/overlapping/map.h>
+#include <lamap_core/scan/scan_frame.h>
 #include <lamap_sim/scanner.h>
 #include <lamap_sim/truth.h>
 #include <support/pcd_points.h>

@@ -1,7 +1,7 @@
 // lamap info, query, export and render as a user calls them: exit codes, and what stands on which stream.
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
-#include <lamap_mrpt/map_file.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
 #include <sys/wait.h>
 
 #include <cstdlib>

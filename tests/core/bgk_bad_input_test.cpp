@@ -1,6 +1,6 @@
 // Invariant 8: NaN, infinite and zero-length rays are counted and left out; P stays in [0, 1].
 #include <gtest/gtest.h>
-#include <lamap_core/bgk_map.h>
+#include <lamap_core/bgk/map.h>
 #include <support/grid_words.h>
 #include <support/random_options.h>
 #include <support/seeded_scans.h>

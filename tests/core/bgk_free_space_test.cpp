@@ -1,6 +1,6 @@
 // Invariant 9: where free space ends.
 #include <gtest/gtest.h>
-#include <lamap_core/bgk_map.h>
+#include <lamap_core/bgk/map.h>
 #include <support/bgk_oracle.h>
 #include <support/grid_words.h>
 #include <support/random_options.h>

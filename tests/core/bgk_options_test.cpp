@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
-#include <lamap_core/bgk_map.h>
-#include <lamap_core/bgk_options.h>
+#include <lamap_core/bgk/map.h>
+#include <lamap_core/bgk/options.h>
 
 #include <functional>
 #include <limits>

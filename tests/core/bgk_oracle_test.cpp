@@ -1,6 +1,6 @@
 // Invariants 1 and 3: evidence equals the brute-force sum over the training set, and is nowhere else.
 #include <gtest/gtest.h>
-#include <lamap_core/bgk_map.h>
+#include <lamap_core/bgk/map.h>
 #include <support/bgk_oracle.h>
 #include <support/random_options.h>
 #include <support/seeded_scans.h>

@@ -1,6 +1,6 @@
 // Priors as functions of position (thesis 5.1), evidence from elsewhere, and what counts mean.
 #include <gtest/gtest.h>
-#include <lamap_core/bgk_map.h>
+#include <lamap_core/bgk/map.h>
 #include <support/grid_words.h>
 #include <support/random_options.h>
 #include <support/seeded_scans.h>

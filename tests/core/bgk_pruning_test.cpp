@@ -1,6 +1,6 @@
 // Invariant 6: pruning changes no state, and what is pruned splits again.
 #include <gtest/gtest.h>
-#include <lamap_core/bgk_map.h>
+#include <lamap_core/bgk/map.h>
 #include <support/grid_words.h>
 #include <support/random_options.h>
 #include <support/seeded_scans.h>

@@ -1,6 +1,6 @@
 // The structured simulation of the thesis; needs LAMAP_DATA.
 #include <gtest/gtest.h>
-#include <lamap_core/bgk_map.h>
+#include <lamap_core/bgk/map.h>
 #include <support/bgk_oracle.h>
 #include <support/grid_words.h>
 #include <support/pcd_points.h>

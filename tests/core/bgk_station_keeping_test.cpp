@@ -1,6 +1,6 @@
 // Invariant 5, thesis section 4.3.3: n equal scans give exactly n times the evidence of one.
 #include <gtest/gtest.h>
-#include <lamap_core/bgk_map.h>
+#include <lamap_core/bgk/map.h>
 #include <support/grid_words.h>
 #include <support/random_options.h>
 #include <support/seeded_scans.h>

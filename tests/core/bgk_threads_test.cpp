@@ -1,7 +1,7 @@
 // Invariant 2: the same bytes for every number of threads; and what may be called from several threads at
 // once.
 #include <gtest/gtest.h>
-#include <lamap_core/bgk_map.h>
+#include <lamap_core/bgk/map.h>
 #include <support/grid_words.h>
 #include <support/random_options.h>
 #include <support/seeded_scans.h>

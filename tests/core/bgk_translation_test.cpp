@@ -1,6 +1,6 @@
 // Invariant 4: moving scene and sensor by whole cells moves the map.
 #include <gtest/gtest.h>
-#include <lamap_core/bgk_map.h>
+#include <lamap_core/bgk/map.h>
 #include <support/bgk_oracle.h>
 #include <support/grid_words.h>
 #include <support/random_options.h>

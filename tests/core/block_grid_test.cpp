@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
-#include <lamap_core/block_grid.h>
-#include <lamap_core/scan_blocks.h>
+#include <lamap_core/grid/block_grid.h>
+#include <lamap_core/grid/scan_blocks.h>
 #include <support/grid_words.h>
 #include <support/seeded_scans.h>
 

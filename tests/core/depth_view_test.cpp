@@ -1,6 +1,6 @@
 // A sensor's perceptual field.
 #include <gtest/gtest.h>
-#include <lamap_core/depth_view.h>
+#include <lamap_core/scan/depth_view.h>
 #include <support/seeded_scans.h>
 
 #include <cmath>

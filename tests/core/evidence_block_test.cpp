@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_core/evidence_block.h>
+#include <lamap_core/grid/evidence_block.h>
 #include <support/seeded_scans.h>
 
 #include <set>

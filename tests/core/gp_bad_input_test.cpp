@@ -1,6 +1,6 @@
 // Invariant 8, and data that matrices do not like: every map is finite, P stays in [0, 1].
 #include <gtest/gtest.h>
-#include <lamap_core/gp_map.h>
+#include <lamap_core/gp/map.h>
 #include <support/grid_words.h>
 #include <support/random_gp_options.h>
 #include <support/seeded_scans.h>

@@ -1,7 +1,7 @@
 // The invariants of GP maps.
 #include <gtest/gtest.h>
-#include <lamap_core/gp_map.h>
-#include <lamap_core/signed_evidence.h>
+#include <lamap_core/gp/map.h>
+#include <lamap_core/grid/signed_evidence.h>
 #include <support/grid_words.h>
 #include <support/random_gp_options.h>
 #include <support/seeded_scans.h>

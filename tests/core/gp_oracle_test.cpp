@@ -1,9 +1,9 @@
 // GP maps against dense algebra: block by block, and as one plain GP.
 #include <gtest/gtest.h>
-#include <lamap_core/gp_map.h>
-#include <lamap_core/gp_regression.h>
-#include <lamap_core/gp_tile.h>
-#include <lamap_core/portable_math.h>
+#include <lamap_core/gp/map.h>
+#include <lamap_core/gp/regression.h>
+#include <lamap_core/gp/tile.h>
+#include <lamap_core/math/portable_math.h>
 #include <support/gp_oracle.h>
 #include <support/random_gp_options.h>
 #include <support/seeded_scans.h>

@@ -1,7 +1,7 @@
 // The structured simulation of the thesis; needs LAMAP_DATA.
 #include <gtest/gtest.h>
-#include <lamap_core/bgk_map.h>
-#include <lamap_core/gp_map.h>
+#include <lamap_core/bgk/map.h>
+#include <lamap_core/gp/map.h>
 #include <support/grid_words.h>
 #include <support/pcd_points.h>
 #include <support/seeded_scans.h>

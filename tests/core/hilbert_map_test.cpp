@@ -1,7 +1,7 @@
 // Hilbert maps of one model: what they learn, what they answer, what they keep.
 #include <gtest/gtest.h>
-#include <lamap_core/hilbert_map.h>
-#include <lamap_core/portable_math.h>
+#include <lamap_core/hilbert/map.h>
+#include <lamap_core/math/portable_math.h>
 #include <support/hilbert_oracle.h>
 #include <support/hilbert_states.h>
 #include <support/seeded_scans.h>

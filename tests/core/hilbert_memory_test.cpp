@@ -1,8 +1,8 @@
 // What Hilbert maps of a long way weigh: 66 scans of some 5,000 points in a simulated corridor, cells of 0.1
 // m.
 #include <gtest/gtest.h>
-#include <lamap_core/hilbert_map.h>
-#include <lamap_core/hilbert_overlapping_map.h>
+#include <lamap_core/hilbert/map.h>
+#include <lamap_core/overlapping/map.h>
 #include <lamap_sim/scanner.h>
 
 namespace lamap::test

@@ -1,6 +1,6 @@
 // Scans of which little or nothing can be learned, and options that cannot be.
 #include <gtest/gtest.h>
-#include <lamap_core/hilbert_overlapping_map.h>
+#include <lamap_core/overlapping/map.h>
 #include <support/posed_scans.h>
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // What overlapping Hilbert maps promise: order, merging, station keeping, moved models, pruning, translation.
 #include <gtest/gtest.h>
-#include <lamap_core/hilbert_overlapping_map.h>
-#include <lamap_core/logodds_evidence.h>
+#include <lamap_core/overlapping/logodds_evidence.h>
+#include <lamap_core/overlapping/map.h>
 #include <support/grid_words.h>
 #include <support/posed_scans.h>
 

@@ -1,6 +1,6 @@
 // The same bytes for every number of threads, and what may be called from several threads at once.
 #include <gtest/gtest.h>
-#include <lamap_core/hilbert_overlapping_map.h>
+#include <lamap_core/overlapping/map.h>
 #include <support/posed_scans.h>
 
 #include <tbb/global_control.h>

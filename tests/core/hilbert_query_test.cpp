@@ -1,6 +1,6 @@
 // Log-odds in blocks, in lists and at points, against the sum over all centres.
 #include <gtest/gtest.h>
-#include <lamap_core/hilbert_query.h>
+#include <lamap_core/features/query.h>
 #include <support/hilbert_oracle.h>
 #include <support/seeded_scans.h>
 

@@ -1,7 +1,7 @@
 // The structured simulation of the thesis; needs LAMAP_DATA.
 #include <gtest/gtest.h>
-#include <lamap_core/hilbert_map.h>
-#include <lamap_core/portable_math.h>
+#include <lamap_core/hilbert/map.h>
+#include <lamap_core/math/portable_math.h>
 #include <support/hilbert_states.h>
 #include <support/pcd_points.h>
 

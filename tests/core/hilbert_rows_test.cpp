@@ -1,8 +1,8 @@
 // Compact features in sparse rows, against dense features from the equation.
 #include <gtest/gtest.h>
-#include <lamap_core/hilbert_kernel.h>
-#include <lamap_core/hilbert_rows.h>
-#include <lamap_core/hilbert_trainers.h>
+#include <lamap_core/features/compact_kernel.h>
+#include <lamap_core/features/rows.h>
+#include <lamap_core/learning/trainers.h>
 #include <support/hilbert_oracle.h>
 #include <support/seeded_scans.h>
 

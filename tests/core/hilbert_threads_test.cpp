@@ -1,6 +1,6 @@
 // The same bytes for every number of threads; and what may be called from several threads at once.
 #include <gtest/gtest.h>
-#include <lamap_core/hilbert_map.h>
+#include <lamap_core/hilbert/map.h>
 #include <support/hilbert_states.h>
 #include <support/seeded_scans.h>
 

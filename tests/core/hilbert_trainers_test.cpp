@@ -1,8 +1,8 @@
 // L-BFGS and SGD, against Newton's method on dense features and against each other.
 #include <gtest/gtest.h>
-#include <lamap_core/hilbert_nystroem.h>
-#include <lamap_core/hilbert_rows.h>
-#include <lamap_core/hilbert_trainers.h>
+#include <lamap_core/features/nystroem.h>
+#include <lamap_core/features/rows.h>
+#include <lamap_core/learning/trainers.h>
 #include <support/hilbert_oracle.h>
 #include <support/seeded_scans.h>
 

@@ -1,6 +1,6 @@
 // Training sets of Hilbert maps, against their definition.
 #include <gtest/gtest.h>
-#include <lamap_core/hilbert_training.h>
+#include <lamap_core/training/hilbert_training.h>
 #include <support/hilbert_oracle.h>
 #include <support/seeded_scans.h>
 

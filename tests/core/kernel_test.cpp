@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_core/kernel.h>
+#include <lamap_core/bgk/kernel.h>
 #include <support/bgk_oracle.h>
 #include <support/seeded_scans.h>
 

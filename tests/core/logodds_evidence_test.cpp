@@ -1,6 +1,6 @@
 // Two signed sums of log-odds in the unsigned numbers of evidence blocks.
 #include <gtest/gtest.h>
-#include <lamap_core/logodds_evidence.h>
+#include <lamap_core/overlapping/logodds_evidence.h>
 #include <support/seeded_scans.h>
 
 namespace lamap::test

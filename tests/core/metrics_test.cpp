@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_core/metrics.h>
+#include <lamap_core/metrics/metrics.h>
 
 #include <algorithm>
 #include <cmath>

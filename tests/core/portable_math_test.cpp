@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_core/portable_math_four.h>
+#include <lamap_core/math/portable_math_four.h>
 #include <support/seeded_scans.h>
 
 #include <cmath>

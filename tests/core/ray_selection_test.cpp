@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_core/ray_selection.h>
+#include <lamap_core/scan/ray_selection.h>
 #include <support/seeded_scans.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_core/scan_labels.h>
+#include <lamap_core/scan/scan_labels.h>
 
 #include <algorithm>
 #include <cmath>

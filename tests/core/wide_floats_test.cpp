@@ -1,9 +1,9 @@
 // What is worked on side by side must come out as each by itself, to the bit, whatever the processor has.
 #include <gtest/gtest.h>
-#include <lamap_core/hilbert_trainers.h>
-#include <lamap_core/nystroem_rows.h>
-#include <lamap_core/portable_math.h>
-#include <lamap_core/wide_floats.h>
+#include <lamap_core/features/nystroem_rows.h>
+#include <lamap_core/learning/trainers.h>
+#include <lamap_core/math/portable_math.h>
+#include <lamap_core/math/wide_floats.h>
 #include <support/seeded_scans.h>
 
 namespace lamap::test

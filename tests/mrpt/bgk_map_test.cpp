@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
 #include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservationImage.h>

@@ -1,9 +1,9 @@
 // What doc/options.md says of each option is what the program does.
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
-#include <lamap_mrpt/CGPMap.h>
-#include <lamap_mrpt/CHilbertMap.h>
-#include <lamap_mrpt/COverlappingHilbertMap.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
+#include <lamap_mrpt/maps/CGPMap.h>
+#include <lamap_mrpt/maps/CHilbertMap.h>
+#include <lamap_mrpt/maps/COverlappingHilbertMap.h>
 
 #include <algorithm>
 #include <charconv>

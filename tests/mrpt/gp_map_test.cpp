@@ -1,7 +1,7 @@
 // What a GP map gives as an MRPT map.
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CGPMap.h>
-#include <lamap_mrpt/map_file.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/maps/CGPMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 
 #include <cmath>

@@ -1,8 +1,8 @@
 // What both kinds of Hilbert maps give as MRPT maps.
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CHilbertMap.h>
-#include <lamap_mrpt/COverlappingHilbertMap.h>
-#include <lamap_mrpt/map_file.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/maps/CHilbertMap.h>
+#include <lamap_mrpt/maps/COverlappingHilbertMap.h>
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>

@@ -1,9 +1,9 @@
 // Settings without effect: the tables say which they are, whoever sets one is told, and the map is the same.
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
-#include <lamap_mrpt/CGPMap.h>
-#include <lamap_mrpt/CHilbertMap.h>
-#include <lamap_mrpt/COverlappingHilbertMap.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
+#include <lamap_mrpt/maps/CGPMap.h>
+#include <lamap_mrpt/maps/CHilbertMap.h>
+#include <lamap_mrpt/maps/COverlappingHilbertMap.h>
 
 #include <iostream>
 #include <set>

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
-#include <lamap_mrpt/observation_rays.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
+#include <lamap_mrpt/observations/observation_rays.h>
 #include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservation3DRangeScan.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_mrpt/CLearnedMap.h>
+#include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/maps/TMetricMapInitializer.h>

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/atomic_file.h>
-#include <lamap_mrpt/byte_stream.h>
-#include <lamap_mrpt/map_file.h>
-#include <lamap_mrpt/payload.h>
+#include <lamap_mrpt/files/atomic_file.h>
+#include <lamap_mrpt/files/byte_stream.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/files/payload.h>
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/io/CMemoryStream.h>

@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
 #include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 #include <mrpt/maps/CSimplePointsMap.h>

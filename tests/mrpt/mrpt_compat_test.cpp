@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/mrpt_compat.h>
+#include <lamap_mrpt/compat/mrpt_compat.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/math/CMatrixDynamic.h>
 #include <mrpt/math/TPoint3D.h>

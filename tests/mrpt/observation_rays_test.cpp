@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/observation_rays.h>
+#include <lamap_mrpt/observations/observation_rays.h>
 #include <mrpt/io/lazy_load_path.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
-#include <lamap_mrpt/map_file.h>
-#include <lamap_mrpt/nearest_name.h>
-#include <lamap_mrpt/option_table.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
+#include <lamap_mrpt/options/nearest_name.h>
+#include <lamap_mrpt/options/option_table.h>
 #include <mrpt/config/CConfigFile.h>
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/config/CConfigFilePrefixer.h>

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
-#include <lamap_mrpt/map_file.h>
-#include <lamap_mrpt/mrpt_compat.h>
+#include <lamap_mrpt/compat/mrpt_compat.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/maps/COctoMap.h>

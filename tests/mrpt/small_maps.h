@@ -1,7 +1,7 @@
 #pragma once
 
-#include <lamap_mrpt/CBGKMap.h>
-#include <lamap_mrpt/option_table.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
+#include <lamap_mrpt/options/option_table.h>
 #include <mrpt/io/CMemoryStream.h>
 #include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>

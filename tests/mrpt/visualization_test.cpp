@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
 #include <mrpt/opengl/CSetOfObjects.h>
 
 #include <set>

@@ -3,8 +3,8 @@
 #include "program.h"
 
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CLearnedMap.h>
-#include <lamap_mrpt/map_file.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CRawlog.h>
 #include <mrpt/system/datetime.h>

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <lamap_core/bgk_map.h>
-#include <lamap_core/bgk_options.h>
-#include <lamap_core/ray_scan.h>
-#include <lamap_core/ray_selection.h>
+#include <lamap_core/bgk/map.h>
+#include <lamap_core/bgk/options.h>
+#include <lamap_core/scan/ray_selection.h>
+#include <lamap_core/scan/scan.h>
 #include <Eigen/Core>
 
 #include <array>

@@ -1,6 +1,6 @@
 #include <support/gp_oracle.h>
 
-#include <lamap_core/signed_evidence.h>
+#include <lamap_core/grid/signed_evidence.h>
 #include <support/grid_words.h>
 
 #include <Eigen/LU>

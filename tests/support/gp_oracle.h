@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/gp_map.h>
+#include <lamap_core/gp/map.h>
 #include <support/bgk_oracle.h>
 
 #include <Eigen/Core>

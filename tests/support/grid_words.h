@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/bgk_map.h>
+#include <lamap_core/bgk/map.h>
 
 #include <cstdint>
 #include <string>

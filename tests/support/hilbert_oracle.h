@@ -1,7 +1,7 @@
 #pragma once
 
-#include <lamap_core/hilbert_frame.h>
-#include <lamap_core/hilbert_training.h>
+#include <lamap_core/scan/lattice_frame.h>
+#include <lamap_core/training/hilbert_training.h>
 #include <support/seeded_scans.h>
 
 #include <Eigen/Core>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/hilbert_map.h>
+#include <lamap_core/hilbert/map.h>
 #include <support/seeded_scans.h>
 
 #include <cstring>

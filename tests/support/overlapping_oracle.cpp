@@ -1,7 +1,7 @@
 #include <support/overlapping_oracle.h>
 
-#include <lamap_core/hilbert_frame.h>
-#include <lamap_core/hilbert_training.h>
+#include <lamap_core/scan/lattice_frame.h>
+#include <lamap_core/training/hilbert_training.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/hilbert_overlapping_map.h>
+#include <lamap_core/overlapping/map.h>
 #include <support/posed_scans.h>
 
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/gp_options.h>
+#include <lamap_core/gp/options.h>
 #include <support/seeded_scans.h>
 
 #include <string>

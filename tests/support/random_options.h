@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/bgk_options.h>
+#include <lamap_core/bgk/options.h>
 #include <support/seeded_scans.h>
 
 #include <string>

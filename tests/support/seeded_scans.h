@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/ray_scan.h>
+#include <lamap_core/scan/scan.h>
 #include <Eigen/Core>
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
-#include <lamap_mrpt/map_file.h>
-#include <lamap_tools/cell_table.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
+#include <lamap_tools/cells/cell_table.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 #include <mrpt/maps/COctoMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
-#include <lamap_tools/cell_table.h>
-#include <lamap_tools/export_map.h>
-#include <lamap_tools/octomap_file.h>
-#include <lamap_tools/usage_error.h>
+#include <lamap_tools/cells/cell_table.h>
+#include <lamap_tools/cells/octomap_file.h>
+#include <lamap_tools/export/export_map.h>
+#include <lamap_tools/files/usage_error.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/opengl/COctoMapVoxels.h>
 #include <mrpt/opengl/COpenGLScene.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_tools/cell_map.h>
+#include <lamap_tools/cells/cell_map.h>
 
 #include <optional>
 #include <string>

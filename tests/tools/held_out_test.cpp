@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
-#include <lamap_core/scan_labels.h>
-#include <lamap_mrpt/observation_rays.h>
-#include <lamap_tools/held_out.h>
-#include <lamap_tools/usage_error.h>
+#include <lamap_core/scan/scan_labels.h>
+#include <lamap_mrpt/observations/observation_rays.h>
+#include <lamap_tools/commands/held_out.h>
+#include <lamap_tools/files/usage_error.h>
 
 #include <cmath>
 #include <stdexcept>

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
-#include <lamap_mrpt/map_file.h>
-#include <lamap_tools/cell_map.h>
-#include <lamap_tools/map_build.h>
-#include <lamap_tools/progress_bar.h>
-#include <lamap_tools/usage_error.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
+#include <lamap_tools/cells/cell_map.h>
+#include <lamap_tools/commands/map_build.h>
+#include <lamap_tools/commands/progress_bar.h>
+#include <lamap_tools/files/usage_error.h>
 #include <mrpt/maps/COctoMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservationComment.h>

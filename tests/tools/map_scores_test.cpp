@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
-#include <lamap_mrpt/map_file.h>
-#include <lamap_tools/gnuplot.h>
-#include <lamap_tools/map_scores.h>
-#include <lamap_tools/octomap_file.h>
-#include <lamap_tools/score_report.h>
-#include <lamap_tools/usage_error.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
+#include <lamap_tools/cells/octomap_file.h>
+#include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/pictures/gnuplot.h>
+#include <lamap_tools/scores/map_scores.h>
+#include <lamap_tools/scores/score_report.h>
 #include <mrpt/img/CImage.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 

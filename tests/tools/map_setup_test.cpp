@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/CBGKMap.h>
-#include <lamap_tools/map_setup.h>
-#include <lamap_tools/plugin_run.h>
-#include <lamap_tools/usage_error.h>
+#include <lamap_mrpt/maps/CBGKMap.h>
+#include <lamap_tools/config/map_setup.h>
+#include <lamap_tools/config/plugin_run.h>
+#include <lamap_tools/files/usage_error.h>
 #include <mrpt/maps/COctoMap.h>
 
 #include <cstdlib>

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
-#include <lamap_tools/pcd_file.h>
-#include <lamap_tools/scan_source.h>
+#include <lamap_tools/inputs/pcd_file.h>
+#include <lamap_tools/inputs/scan_source.h>
 #include <lzf.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_tools/pose_track.h>
+#include <lamap_tools/inputs/pose_track.h>
 
 #include <Eigen/Core>
 #include <cmath>

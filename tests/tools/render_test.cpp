@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
-#include <lamap_tools/render_map.h>
-#include <lamap_tools/usage_error.h>
+#include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/pictures/render_map.h>
 
 #include <cmath>
 #include <map>

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
-#include <lamap_tools/scan_source.h>
-#include <lamap_tools/trial_run.h>
-#include <lamap_tools/usage_error.h>
+#include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/inputs/scan_source.h>
+#include <lamap_tools/inputs/trial_run.h>
 #include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservationComment.h>

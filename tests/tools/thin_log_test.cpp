@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
-#include <lamap_mrpt/observation_rays.h>
-#include <lamap_tools/scan_source.h>
-#include <lamap_tools/thin_log.h>
-#include <lamap_tools/usage_error.h>
+#include <lamap_mrpt/observations/observation_rays.h>
+#include <lamap_tools/commands/thin_log.h>
+#include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/inputs/scan_source.h>
 #include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservation3DRangeScan.h>

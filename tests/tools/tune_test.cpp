@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
-#include <lamap_core/scan_labels.h>
-#include <lamap_mrpt/observation_rays.h>
-#include <lamap_tools/map_setup.h>
-#include <lamap_tools/tune.h>
-#include <lamap_tools/usage_error.h>
+#include <lamap_core/scan/scan_labels.h>
+#include <lamap_mrpt/observations/observation_rays.h>
+#include <lamap_tools/commands/tune.h>
+#include <lamap_tools/config/map_setup.h>
+#include <lamap_tools/files/usage_error.h>
 
 #include <cmath>
 #include <sstream>

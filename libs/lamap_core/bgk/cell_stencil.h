@@ -1,0 +1,74 @@
+#pragma once
+
+#include <lamap_core/bgk/kernel.h>
+#include <lamap_core/grid/weight_scale.h>
+#include <lamap_core/training/training_set.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace lamap
+{
+/// Masks of a block and of the blocks around it, (2·n + 1)³ of them, x fastest; nullptr where there is none.
+struct MaskNeighbourhood
+{
+  int blocksEachWay = 1;
+  std::vector<const CellMask*> masks;
+  std::vector<uint64_t> counts;  ///< working memory of the stencil
+
+  [[nodiscard]] const CellMask* at(int dx, int dy, int dz) const
+  {
+    const int edge = 2 * blocksEachWay + 1;
+    return masks[static_cast<size_t>(((dz + blocksEachWay) * edge + dy + blocksEachWay) * edge + dx +
+                                     blocksEachWay)];
+  }
+};
+
+/** Adds up kernel weights of training points that stand in the centres of cells.
+ *
+ * Immutable: may be shared between threads. */
+class CellStencil
+{
+ public:
+  /// @param kernel with its support in cells; @param factor on its weights, > 0; @param planar: no weights
+  /// off the layer
+  CellStencil(const Kernel& kernel, double factor, bool planar);
+
+  /// Largest offset along an axis with a positive weight [cells].
+  [[nodiscard]] int reach() const { return reach_; }
+  [[nodiscard]] int blocksEachWay() const { return (reach_ + kScanBlockEdge - 1) / kScanBlockEdge; }
+  [[nodiscard]] const WeightScale& scale() const { return scale_; }
+
+  /// Adds the sums for the block in the middle. @return the layers that marked cells reach; the others are
+  /// untouched.
+  Layers addUp(MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
+
+ private:
+  /// The row of cells with these offsets, as far as |dx| ≤ extent.
+  struct Row
+  {
+    int dy;
+    int dz;
+    int extent;
+  };
+  [[nodiscard]] Layers addByCounting(MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
+  [[nodiscard]] Layers addByCell(MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
+  void addWeighted(const uint64_t* counts, size_t stride, int64_t* sums) const;
+  [[nodiscard]] int64_t weight(int dx, int dy, int dz) const
+  {
+    return weights_[static_cast<size_t>(dx * dx + dy * dy + dz * dz)];
+  }
+
+  int reach_ = 0;
+  int reachZ_ = 0;  ///< 0 in a planar map
+  WeightScale scale_;
+  std::vector<Row> rows_;
+  std::vector<int64_t> weights_;      ///< by squared distance [cells²]
+  std::vector<uint32_t> classSizes_;  ///< how many offsets have that squared distance
+  std::vector<uint64_t> fullLanes_;   ///< classSizes_ in each byte: counts where all cells around are marked
+  int64_t fullSum_ = 0;               ///< the sum there
+  bool countable_ = false;  ///< counts of every class fit in a byte, and the reach in a neighbour block
+};
+
+}  // namespace lamap

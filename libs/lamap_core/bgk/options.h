@@ -1,0 +1,80 @@
+#pragma once
+
+#include <lamap_core/bgk/kernel.h>
+#include <lamap_core/grid/octant_rule.h>
+#include <lamap_core/grid/state_thresholds.h>
+#include <lamap_core/training/training_rules.h>
+
+#include <cstdint>
+#include <optional>
+
+namespace lamap
+{
+/// What a BGK map is made with; fixed for its life.
+struct BgkStructure
+{
+  double resolution = 0.10;  ///< edge of a finest cell [m], finite, > 0
+  int blockDepth = 4;        ///< a block is 2^(blockDepth−1) cells wide; 2 to 6
+  Pruning pruning = Pruning::Lossless;
+  bool planar = false;        ///< one layer of cells, distances in the plane: for 2D sensors
+  double planarHeight = 0.0;  ///< [m], in the layer of a planar map
+  double priorAlpha = 0.003;  ///< α₀ [pseudo-counts], finite, > 0
+  double priorBeta = 0.003;   ///< β₀ [pseudo-counts], finite, > 0
+
+  /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
+  void validate() const;
+
+  friend bool operator==(const BgkStructure& a, const BgkStructure& b);
+};
+
+/** How scans become evidence. Lengths are in metres; those left empty are given in cells: see resolved(). */
+struct BgkInference
+{
+  FreeSpace freeSpace = FreeSpace::Samples;
+  TrainingPoints trainingPoints = TrainingPoints::Cells;
+  std::optional<double> freeResolution;  ///< distance between free points on a ray; empty: one cell
+  std::optional<double> freeMargin;      ///< no free point nearer to its ray's hit; empty: one cell
+  double freeWeight = 0.5;               ///< weight of free evidence [-], ≥ 0
+  double freeDownsampling = 0.0;  ///< `Centroids`: voxel edge in which free points are averaged; 0: none
+  std::optional<double>
+      hitDownsampling;  ///< `Centroids`: voxel edge in which hits are averaged; empty: one cell; 0: none
+  uint32_t protectHits =
+      2;  ///< a cell with so many raw hits in a scan takes no free evidence from it; 0: none is protected
+  KernelShape kernel = KernelShape::Sparse;
+  std::optional<double> kernelSupport;           ///< l; empty: two cells
+  double kernelScale = 1.0;                      ///< σ₀ [-], > 0
+  double minRange = 0.0;                         ///< returns nearer than this are left out, with their rays
+  double maxRange = 0.0;                         ///< 0: what the observation states; free space ends there
+  bool considerInvalidRangesAsFreeSpace = true;  ///< rays without return are free up to the maximum range
+  uint32_t rayDecimation = 1;                    ///< only every so many-th ray of an observation is used
+  StateThresholds thresholds;
+
+  /// The same with the lengths that are given in cells filled in.
+  [[nodiscard]] BgkInference resolved(double resolution_m) const;
+
+  /// What decides the training points. Only of resolved options.
+  [[nodiscard]] TrainingRules trainingRules() const;
+
+  /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
+  void validate(double resolution_m) const;
+
+  friend bool operator==(const BgkInference& a, const BgkInference& b);
+};
+
+/// Named sets of both kinds of options.
+enum class BgkPreset
+{
+  Default,
+  Thesis,  ///< as chapter 4 of the thesis did
+  La3dm    ///< as the thesis's library LA3DM ships
+};
+
+struct BgkOptions
+{
+  BgkStructure structure;
+  BgkInference inference;
+};
+
+[[nodiscard]] BgkOptions presetOptions(BgkPreset preset);
+
+}  // namespace lamap

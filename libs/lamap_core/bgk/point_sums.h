@@ -1,0 +1,71 @@
+#pragma once
+
+#include <lamap_core/bgk/kernel.h>
+#include <lamap_core/grid/weight_scale.h>
+#include <lamap_core/training/training_set.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace lamap
+{
+/// A scan block in the scan's frame: what kernel sums over free-standing points need to know of it.
+struct BlockPlace
+{
+  Eigen::Vector3d firstCell;  ///< lowest corner of the block's first cell [cells]
+  bool planar = false;
+  int layer = 0;  ///< of a planar map, in the block
+};
+
+/// Kernel weights with their factor, for training points that stand anywhere.
+struct WeightedKernel
+{
+  const Kernel& kernel;  ///< support in cells
+  double factor;
+  WeightScale scale;
+};
+
+/// Adds k(|x − point|) for the cells of the block within the support. @return false if there are none.
+bool addPoint(const WeightedKernel& weights, const Eigen::Vector3d& point, const BlockPlace& block,
+              BlockSums& sums);
+
+/// Adds k of the distance to the segment (thesis eq. 4.30; 4.31 with the parameter divided by |PQ|²), once
+/// per cell.
+bool addSegment(const WeightedKernel& weights, const FreeSegment& segment, const BlockPlace& block,
+                BlockSums& sums);
+
+/** Items (points, segments) listed by the scan blocks that they reach. */
+class BlockLists
+{
+ public:
+  void clear() { entries_.clear(); }
+  void add(int32_t block, uint32_t item) { entries_.push_back({block, item}); }
+  /// Sorts by block, items of one block in the order they were added.
+  void sort(size_t blockCount);
+
+  struct Range
+  {
+    const uint32_t* first;
+    const uint32_t* last;
+    [[nodiscard]] const uint32_t* begin() const { return first; }
+    [[nodiscard]] const uint32_t* end() const { return last; }
+  };
+  [[nodiscard]] Range of(size_t block) const
+  {
+    return {items_.data() + begins_[block], items_.data() + begins_[block + 1]};
+  }
+  [[nodiscard]] bool empty() const { return entries_.empty(); }
+
+ private:
+  struct Entry
+  {
+    int32_t block;
+    uint32_t item;
+  };
+  std::vector<Entry> entries_;
+  std::vector<uint32_t> begins_;
+  std::vector<uint32_t> items_;
+};
+
+}  // namespace lamap

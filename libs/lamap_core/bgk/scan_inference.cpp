@@ -1,0 +1,602 @@
+#include <lamap_core/bgk/scan_inference.h>
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+
+namespace lamap
+{
+namespace
+{
+constexpr int kEdge = kScanBlockEdge;
+
+/// Kernels and stencils in cells, for one set of options.
+struct Weights
+{
+  Weights(const BgkInference& options, double resolution_m, bool isPlanar)
+      : inference(options),
+        resolution(resolution_m),
+        planar(isPlanar),
+        kernel(options.kernel, lengthInCells(*options.kernelSupport, resolution_m), options.kernelScale),
+        hitStencil(kernel, 1.0, isPlanar)
+  {
+    if (options.freeWeight > 0) freeStencil.emplace(kernel, options.freeWeight, isPlanar);
+  }
+
+  [[nodiscard]] bool areFor(const BgkInference& options, double resolution_m, bool isPlanar) const
+  {
+    return options == inference && resolution_m == resolution && isPlanar == planar;
+  }
+
+  BgkInference inference;
+  double resolution;
+  bool planar;
+  Kernel kernel;
+  CellStencil hitStencil;
+  std::optional<CellStencil> freeStencil;
+};
+
+/// First and last cell of a block that carry a mark, along each axis; nothing if none does.
+std::optional<std::pair<CellIndex, CellIndex>> markedBox(const BlockMasks& masks)
+{
+  uint64_t all = 0;
+  int zFirst = kEdge;
+  int zLast = -1;
+  for (int z = 0; z < kEdge; ++z)
+  {
+    const uint64_t word = masks.hit[static_cast<size_t>(z)] | masks.free[static_cast<size_t>(z)];
+    if (word == 0) continue;
+    all |= word;
+    zFirst = std::min(zFirst, z);
+    zLast = z;
+  }
+  if (all == 0) return std::nullopt;
+  uint64_t columns = all;
+  for (int shift = 32; shift >= 8; shift /= 2) columns |= columns >> shift;
+  columns &= 0xFF;
+  const int lowest = __builtin_ctzll(all);
+  const int highest = 63 - __builtin_clzll(all);
+  return std::make_pair(CellIndex{__builtin_ctzll(columns), lowest / kEdge, zFirst},
+                        CellIndex{63 - __builtin_clzll(columns), highest / kEdge, zLast});
+}
+
+void clearSums(const Layers& layers, BlockSums& sums)
+{
+  if (!layers.any()) return;
+  constexpr int kLayer = kEdge * kEdge;
+  std::fill(sums.begin() + layers.begin * kLayer, sums.begin() + layers.end * kLayer, int64_t{0});
+}
+
+BlockIndex operator+(const BlockIndex& a, const BlockIndex& b)
+{
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+
+template <typename Visit>
+void forEachBlock(const BlockIndex& low, const BlockIndex& high, Visit&& visit)
+{
+  for (int32_t z = low.z; z <= high.z; ++z)
+  {
+    for (int32_t y = low.y; y <= high.y; ++y)
+    {
+      for (int32_t x = low.x; x <= high.x; ++x) visit(BlockIndex{x, y, z});
+    }
+  }
+}
+
+}  // namespace
+
+BlockAdder::BlockAdder(const BlockShape& shape)
+    : shape_(shape), dense_(shape), added_(shape.cellCount()), touched_(shape.maskWords())
+{
+}
+
+void BlockAdder::clear()
+{
+  std::fill(touched_.begin(), touched_.end(), uint64_t{0});
+}
+
+bool BlockAdder::any() const
+{
+  return std::any_of(touched_.begin(), touched_.end(), [](uint64_t word) { return word != 0; });
+}
+
+void BlockAdder::addTo(EvidenceBlock& block, const OctantRule& rule)
+{
+  // Where nothing is held once before or after, as in most blocks near surfaces, there is nothing to unpack.
+  const bool inPlace =
+      rule.pruning != Pruning::State && block.addInPlace(shape_, touched_.data(), added_.data());
+  if (inPlace && (rule.pruning == Pruning::None || !block.hasEqualOctant(shape_))) return;
+  block.unpack(shape_, dense_);
+  if (!inPlace) addToDense();
+  block.pack(shape_, dense_, rule.merger);
+}
+
+void BlockAdder::addToDense()
+{
+  for (size_t word = 0; word < touched_.size(); ++word)
+  {
+    for (uint64_t rest = touched_[word]; rest != 0; rest &= rest - 1)
+    {
+      const auto offset = static_cast<uint32_t>(word * 64 + static_cast<size_t>(__builtin_ctzll(rest)));
+      const bool observed = dense_.isObserved(offset);
+      dense_.occupied[offset] = (observed ? dense_.occupied[offset] : 0) + added_[offset].occupied;
+      dense_.free[offset] = (observed ? dense_.free[offset] : 0) + added_[offset].free;
+      if ((dense_.occupied[offset] | dense_.free[offset]) >> 63)
+        throw std::overflow_error("the evidence of a cell would pass 2^63 units");
+      dense_.setObserved(offset);
+    }
+  }
+}
+
+class BgkScanInference::Implementation
+{
+ public:
+  RayCounts addScan(const Scan& scan, const BgkInference& inference, const BgkStructure& structure,
+                    int32_t layer, unsigned threads, const RuleForBlock& ruleFor, BlockGrid& grid);
+
+ private:
+  /// Working memory of one thread.
+  struct Worker
+  {
+    explicit Worker(const BlockShape& shape) : adder(shape) {}
+    BlockSums occupied{};  ///< all zero between blocks
+    BlockSums free{};
+    BlockAdder adder;
+    std::vector<const BlockMasks*> neighbours;
+    MaskNeighbourhood neighbourhood;
+    std::vector<std::pair<BlockIndex, EvidenceBlock>> created;
+  };
+  /// The scan blocks that share a block of the map, or hold several.
+  struct Group
+  {
+    BlockIndex place;  ///< in blocks of max(map block, scan block)
+    uint32_t begin;
+    uint32_t end;
+  };
+
+  void findTargets();
+  void addTargetsAround(const BlockIndex& block, const CellIndex& first, const CellIndex& last);
+  void addTargetsAround(const std::vector<Eigen::Vector3d>& points, BlockLists& lists);
+  void addTargetsAround(const std::vector<FreeSegment>& segments);
+  void addTargetsBetween(const Eigen::Vector3d& low, const Eigen::Vector3d& high, BlockLists& lists,
+                         uint32_t item);
+  void groupTargets(int log2GroupEdge);
+  void tabulatePartOffsets(const BlockShape& shape);
+  Layers sumBlock(size_t target, Worker& worker) const;
+  void findNeighbours(const BlockIndex& block, Worker& worker) const;
+  Layers addCells(const CellStencil& stencil, CellMask BlockMasks::*mask, bool BlockMasks::*any,
+                  Worker& worker, BlockSums& sums) const;
+  Layers addPoints(const std::vector<Eigen::Vector3d>& points, const BlockLists::Range& list,
+                   const WeightedKernel& weights, const BlockPlace& place, BlockSums& sums) const;
+  Layers addSegments(const BlockLists::Range& list, const WeightedKernel& weights, const BlockPlace& place,
+                     BlockSums& sums) const;
+  void addGroup(const Group& group, Worker& worker, const RuleForBlock& ruleFor, BlockGrid& grid) const;
+  void addPart(const CellIndex& from, int part, const Layers& layers, uint32_t base, Worker& worker) const;
+  [[nodiscard]] BlockPlace placeOf(const BlockIndex& target) const;
+  [[nodiscard]] CellIndex firstCellOf(const BlockIndex& target) const;
+
+  ScanTrainer trainer_;
+  /// Kept from scan to scan: threads hardly ever join an arena that is gone after a millisecond.
+  std::unique_ptr<tbb::task_arena> arena_;
+  unsigned arenaThreads_ = 0;  ///< of arena_
+  std::optional<Weights> weights_;
+  const TrainingSet* training_ = nullptr;
+  std::optional<ScanFrame> frame_;
+  int32_t layer_ = 0;
+  ScanBlocks targets_;
+  BlockLists hitLists_;
+  BlockLists freeLists_;
+  std::vector<uint32_t> order_;
+  std::vector<Group> groups_;
+  std::array<uint32_t, kScanBlockCells>
+      partOffsets_{};  ///< Morton numbers of cells (x, y, z), at (z·8 + y)·8 + x
+  WeightScale pointScale_{1.0, 1.0};
+  WeightScale occupiedScale_{1.0, 1.0};
+  WeightScale freeScale_{1.0, 1.0};
+};
+
+BgkScanInference::BgkScanInference() : implementation_(std::make_unique<Implementation>()) {}
+BgkScanInference::~BgkScanInference() = default;
+
+RayCounts BgkScanInference::addScan(const Scan& scan, const BgkInference& inference,
+                                    const BgkStructure& structure, int32_t layer, unsigned threads,
+                                    const RuleForBlock& ruleFor, BlockGrid& grid)
+{
+  return implementation_->addScan(scan, inference, structure, layer, threads, ruleFor, grid);
+}
+
+RayCounts BgkScanInference::Implementation::addScan(const Scan& scan, const BgkInference& inference,
+                                                    const BgkStructure& structure, int32_t layer,
+                                                    unsigned threads, const RuleForBlock& ruleFor,
+                                                    BlockGrid& grid)
+{
+  const bool wantsFree = inference.freeSpace != FreeSpace::None;
+  SelectedRays rays =
+      selectRays(scan, {inference.minRange, inference.maxRange,
+                        inference.considerInvalidRangesAsFreeSpace && wantsFree, inference.rayDecimation});
+  std::optional<CellIndex> anchor;
+  for (const SelectedFan& fan : rays.fans)
+  {
+    if (!anchor && fan.origin_map.allFinite()) anchor = cellAt(fan.origin_map, structure.resolution);
+  }
+  if (!anchor) anchor = CellIndex{};
+  if (structure.planar) anchor->z = layer;
+  frame_.emplace(structure.resolution, *anchor, structure.planar);
+  layer_ = layer;
+  if (!weights_ || !weights_->areFor(inference, structure.resolution, structure.planar))
+    weights_.emplace(inference, structure.resolution, structure.planar);
+
+  const auto work = [&]
+  {
+    training_ = &trainer_.train(rays, inference.trainingRules(), *frame_, structure.planar,
+                                structure.resolution, threads);
+    findTargets();
+    tabulatePartOffsets(grid.shape());
+    groupTargets(std::max(kScanBlockLog2Edge, grid.shape().log2Edge()));
+
+    tbb::enumerable_thread_specific<Worker> workers([&] { return Worker(grid.shape()); });
+    if (threads <= 1)
+    {
+      for (const Group& group : groups_) addGroup(group, workers.local(), ruleFor, grid);
+    }
+    else
+    {
+      tbb::parallel_for(tbb::blocked_range<size_t>(0, groups_.size(), 8),
+                        [&](const tbb::blocked_range<size_t>& range)
+                        {
+                          Worker& worker = workers.local();
+                          for (size_t i = range.begin(); i != range.end(); ++i)
+                            addGroup(groups_[i], worker, ruleFor, grid);
+                        });
+    }
+    for (Worker& worker : workers)
+    {
+      for (auto& [index, block] : worker.created) grid.findOrCreate(index) = std::move(block);
+    }
+  };
+  if (threads <= 1)
+    work();
+  else
+  {
+    if (arenaThreads_ != threads) arena_ = std::make_unique<tbb::task_arena>(static_cast<int>(threads));
+    arenaThreads_ = threads;
+    arena_->execute(work);
+  }
+  return rays.counts;
+}
+
+CellIndex BgkScanInference::Implementation::firstCellOf(const BlockIndex& target) const
+{
+  const CellIndex& anchor = frame_->anchor();
+  const BlockOffset offset(anchor);
+  return {anchor.x - offset.x + target.x * kEdge, anchor.y - offset.y + target.y * kEdge,
+          anchor.z - offset.z + target.z * kEdge};
+}
+
+BlockPlace BgkScanInference::Implementation::placeOf(const BlockIndex& target) const
+{
+  const BlockOffset offset(frame_->anchor());
+  BlockPlace place;
+  place.firstCell = {static_cast<double>(target.x * kEdge - offset.x),
+                     static_cast<double>(target.y * kEdge - offset.y),
+                     static_cast<double>(target.z * kEdge - offset.z)};
+  place.planar = weights_->planar;
+  place.layer = offset.z - target.z * kEdge;
+  return place;
+}
+
+void BgkScanInference::Implementation::findTargets()
+{
+  const int farthest = static_cast<int>(weights_->kernel.support()) + 2;
+  const int blocks = farthest / kEdge + 1;
+  const BlockIndex& low = training_->blocks.low();
+  const BlockIndex& high = training_->blocks.high();
+  targets_.reset({low.x - blocks, low.y - blocks, low.z - blocks},
+                 {high.x + blocks, high.y + blocks, high.z + blocks});
+  hitLists_.clear();
+  freeLists_.clear();
+
+  for (size_t i = 0; i < training_->masks.size(); ++i)
+  {
+    if (const auto box = markedBox(training_->masks[i]))
+      addTargetsAround(training_->blocks.blocks()[i], box->first, box->second);
+  }
+  addTargetsAround(training_->hitPoints, hitLists_);
+  addTargetsAround(training_->freePoints, freeLists_);
+  addTargetsAround(training_->freeSegments);
+  hitLists_.sort(targets_.blocks().size());
+  freeLists_.sort(targets_.blocks().size());
+
+  const auto points = static_cast<double>(training_->hitPoints.size() + training_->freePoints.size() +
+                                          training_->freeSegments.size());
+  pointScale_ =
+      WeightScale(weights_->kernel.scale() * std::max(1.0, weights_->inference.freeWeight), points + 1.0);
+  const BgkInference& inference = weights_->inference;
+  const bool asCells = inference.trainingPoints == TrainingPoints::Cells;
+  occupiedScale_ = asCells ? weights_->hitStencil.scale() : pointScale_;
+  freeScale_ = asCells && weights_->freeStencil && inference.freeSpace == FreeSpace::Samples
+                   ? weights_->freeStencil->scale()
+                   : pointScale_;
+}
+
+void BgkScanInference::Implementation::addTargetsAround(const BlockIndex& block, const CellIndex& first,
+                                                        const CellIndex& last)
+{
+  const int reach = weights_->hitStencil.reach();
+  const int reachZ = weights_->planar ? 0 : reach;
+  const BlockIndex low{(first.x - reach) >> kScanBlockLog2Edge, (first.y - reach) >> kScanBlockLog2Edge,
+                       (first.z - reachZ) >> kScanBlockLog2Edge};
+  const BlockIndex high{(last.x + reach) >> kScanBlockLog2Edge, (last.y + reach) >> kScanBlockLog2Edge,
+                        (last.z + reachZ) >> kScanBlockLog2Edge};
+  forEachBlock(block + low, block + high,
+               [&](const BlockIndex& target) { (void)targets_.findOrAdd(target); });
+}
+
+void BgkScanInference::Implementation::addTargetsBetween(const Eigen::Vector3d& low,
+                                                         const Eigen::Vector3d& high, BlockLists& lists,
+                                                         uint32_t item)
+{
+  const BlockOffset offset(frame_->anchor());
+  const auto blockAt = [&](const Eigen::Vector3d& local)
+  {
+    return BlockIndex{(localCell(local.x()) + offset.x) >> kScanBlockLog2Edge,
+                      (localCell(local.y()) + offset.y) >> kScanBlockLog2Edge,
+                      weights_->planar ? offset.z >> kScanBlockLog2Edge
+                                       : (localCell(local.z()) + offset.z) >> kScanBlockLog2Edge};
+  };
+  forEachBlock(blockAt(low), blockAt(high),
+               [&](const BlockIndex& target) { lists.add(targets_.findOrAdd(target), item); });
+}
+
+void BgkScanInference::Implementation::addTargetsAround(const std::vector<Eigen::Vector3d>& points,
+                                                        BlockLists& lists)
+{
+  // The centre of a cell within the support stands half a cell from the cell's faces.
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(weights_->kernel.support());
+  for (size_t i = 0; i < points.size(); ++i)
+    addTargetsBetween(points[i] - reach, points[i] + reach, lists, static_cast<uint32_t>(i));
+}
+
+void BgkScanInference::Implementation::addTargetsAround(const std::vector<FreeSegment>& segments)
+{
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(weights_->kernel.support());
+  for (size_t i = 0; i < segments.size(); ++i)
+  {
+    // Piece by piece of about a block's length. A block that two pieces reach must list the ray once.
+    const FreeSegment& segment = segments[i];
+    const Eigen::Vector3d ray = segment.end - segment.begin;
+    const int pieces = static_cast<int>(ray.norm() / kEdge) + 1;
+    BlockLists& lists = freeLists_;
+    for (int piece = 0; piece < pieces; ++piece)
+    {
+      const Eigen::Vector3d p = segment.begin + ray * (static_cast<double>(piece) / pieces);
+      const Eigen::Vector3d q = segment.begin + ray * (static_cast<double>(piece + 1) / pieces);
+      const Eigen::Vector3d wider = reach.array() + 1e-6;
+      addTargetsBetween(p.cwiseMin(q) - wider, p.cwiseMax(q) + wider, lists, static_cast<uint32_t>(i));
+    }
+  }
+}
+
+void BgkScanInference::Implementation::tabulatePartOffsets(const BlockShape& shape)
+{
+  const int part = std::min(kEdge, shape.edge());
+  const int partZ = shape.planar() ? 1 : part;
+  for (int z = 0; z < partZ; ++z)
+  {
+    for (int y = 0; y < part; ++y)
+    {
+      for (int x = 0; x < part; ++x)
+      {
+        partOffsets_[static_cast<size_t>((z * kEdge + y) * kEdge + x)] =
+            shape.offsetOfLocal(static_cast<uint32_t>(x), static_cast<uint32_t>(y), static_cast<uint32_t>(z));
+      }
+    }
+  }
+}
+
+/// Sorts the targets so that those which share a block of the map stand together.
+void BgkScanInference::Implementation::groupTargets(int log2GroupEdge)
+{
+  const std::vector<BlockIndex>& targets = targets_.blocks();
+  const auto groupOf = [&](uint32_t target)
+  {
+    const CellIndex cell = firstCellOf(targets[target]);
+    return BlockIndex{cell.x >> log2GroupEdge, cell.y >> log2GroupEdge, cell.z >> log2GroupEdge};
+  };
+  order_.resize(targets.size());
+  for (uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
+  if (log2GroupEdge > kScanBlockLog2Edge)
+  {
+    std::sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) { return groupOf(a) < groupOf(b); });
+  }
+  groups_.clear();
+  for (uint32_t i = 0; i < order_.size(); ++i)
+  {
+    const BlockIndex place = groupOf(order_[i]);
+    if (groups_.empty() || !(groups_.back().place == place)) groups_.push_back({place, i, i});
+    groups_.back().end = i + 1;
+  }
+}
+
+/// Looks up the blocks around one, as far as the stencils reach.
+void BgkScanInference::Implementation::findNeighbours(const BlockIndex& block, Worker& worker) const
+{
+  const int n = std::max(1, weights_->hitStencil.blocksEachWay());
+  worker.neighbours.clear();
+  forEachBlock(
+      {block.x - n, block.y - n, block.z - n}, {block.x + n, block.y + n, block.z + n},
+      [&](const BlockIndex& neighbour)
+      {
+        const int32_t number = training_->blocks.find(neighbour);
+        const bool there = number >= 0 && static_cast<size_t>(number) < training_->masks.size();
+        worker.neighbours.push_back(there ? &training_->masks[static_cast<size_t>(number)] : nullptr);
+      });
+  worker.neighbourhood.blocksEachWay = n;
+  worker.neighbourhood.masks.resize(worker.neighbours.size());
+}
+
+/// @return the layers that the marked cells reach, in units of the weights.
+Layers BgkScanInference::Implementation::addCells(const CellStencil& stencil, CellMask BlockMasks::*mask,
+                                                  bool BlockMasks::*any, Worker& worker,
+                                                  BlockSums& sums) const
+{
+  bool anyMarked = false;
+  for (size_t i = 0; i < worker.neighbours.size(); ++i)
+  {
+    const BlockMasks* neighbour = worker.neighbours[i];
+    const bool marked = neighbour && neighbour->*any;
+    worker.neighbourhood.masks[i] = marked ? &(neighbour->*mask) : nullptr;
+    anyMarked = anyMarked || marked;
+  }
+  return anyMarked ? stencil.addUp(worker.neighbourhood, sums) : Layers{};
+}
+
+/// @return the layers that the points reach, in units of the weights.
+Layers BgkScanInference::Implementation::addPoints(const std::vector<Eigen::Vector3d>& points,
+                                                   const BlockLists::Range& list,
+                                                   const WeightedKernel& weights, const BlockPlace& place,
+                                                   BlockSums& sums) const
+{
+  bool any = false;
+  for (const uint32_t i : list) any |= addPoint(weights, points[i], place, sums);
+  return any ? Layers{0, kEdge} : Layers{};
+}
+
+/// As addPoints(). A ray may stand in the list several times, one behind the other.
+Layers BgkScanInference::Implementation::addSegments(const BlockLists::Range& list,
+                                                     const WeightedKernel& weights, const BlockPlace& place,
+                                                     BlockSums& sums) const
+{
+  bool any = false;
+  uint32_t last = UINT32_MAX;
+  for (const uint32_t i : list)
+  {
+    if (i != last) any |= addSegment(weights, training_->freeSegments[i], place, sums);
+    last = i;
+  }
+  return any ? Layers{0, kEdge} : Layers{};
+}
+
+/** The sums of one scan block, in worker.occupied and worker.free, in units of their weights.
+ * @return the layers that evidence reaches */
+Layers BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker) const
+{
+  const BlockIndex& block = targets_.blocks()[target];
+  Layers reached;
+  if (weights_->inference.trainingPoints == TrainingPoints::Cells)
+  {
+    findNeighbours(block, worker);
+    reached.include(
+        addCells(weights_->hitStencil, &BlockMasks::hit, &BlockMasks::anyHit, worker, worker.occupied));
+    if (weights_->freeStencil && weights_->inference.freeSpace == FreeSpace::Samples)
+      reached.include(
+          addCells(*weights_->freeStencil, &BlockMasks::free, &BlockMasks::anyFree, worker, worker.free));
+  }
+  else
+  {
+    reached.include(addPoints(training_->hitPoints, hitLists_.of(target),
+                              {weights_->kernel, 1.0, pointScale_}, placeOf(block), worker.occupied));
+  }
+  if (!freeLists_.empty())
+  {
+    const WeightedKernel weights{weights_->kernel, weights_->inference.freeWeight, pointScale_};
+    reached.include(
+        training_->freeSegments.empty()
+            ? addPoints(training_->freePoints, freeLists_.of(target), weights, placeOf(block), worker.free)
+            : addSegments(freeLists_.of(target), weights, placeOf(block), worker.free));
+  }
+
+  const int32_t number = training_->blocks.find(block);
+  if (number < 0 || static_cast<size_t>(number) >= training_->masks.size()) return reached;
+  const CellMask& protectedHit = training_->masks[static_cast<size_t>(number)].protectedHit;
+  for (size_t z = 0; z < kEdge; ++z)
+  {
+    for (uint64_t rest = protectedHit[z]; rest != 0; rest &= rest - 1)
+      worker.free[z * kEdge * kEdge + static_cast<size_t>(__builtin_ctzll(rest))] = 0;
+  }
+  return reached;
+}
+
+void BgkScanInference::Implementation::addGroup(const Group& group, Worker& worker,
+                                                const RuleForBlock& ruleFor, BlockGrid& grid) const
+{
+  const BlockShape& shape = grid.shape();
+  BlockAdder& adder = worker.adder;
+  const auto finish = [&](const CellIndex& cell)
+  {
+    if (!adder.any()) return;
+    const BlockIndex index = grid.blockOf(cell);
+    if (EvidenceBlock* block = grid.find(index))
+      adder.addTo(*block, ruleFor(index));
+    else
+    {
+      worker.created.emplace_back(index, EvidenceBlock{});
+      adder.addTo(worker.created.back().second, ruleFor(index));
+    }
+    adder.clear();
+  };
+
+  // The part of a scan block that one block of the map holds; a larger block of the map holds all of a group.
+  const int part = std::min(kEdge, shape.edge());
+  const bool holdsGroup = shape.edge() > kEdge;
+  adder.clear();
+  CellIndex corner;
+  for (uint32_t i = group.begin; i < group.end; ++i)
+  {
+    const size_t target = order_[i];
+    const CellIndex first = firstCellOf(targets_.blocks()[target]);
+    const Layers reached = sumBlock(target, worker);
+    Layers layers = reached;
+    if (shape.planar()) layers = {layer_ - first.z, layer_ - first.z + 1};
+    const int partZ = shape.planar() ? 1 : part;
+    for (int z = shape.planar() ? layers.begin : layers.begin / part * part; z < layers.end; z += partZ)
+    {
+      for (int y = 0; y < kEdge; y += part)
+      {
+        for (int x = 0; x < kEdge; x += part)
+        {
+          corner = {first.x + x, first.y + y, first.z + z};
+          addPart({x, y, z}, part, {std::max(z, layers.begin), std::min(z + partZ, layers.end)},
+                  shape.offsetOf(corner), worker);
+          if (!holdsGroup) finish(corner);
+        }
+      }
+    }
+    clearSums(reached, worker.occupied);
+    clearSums(reached, worker.free);
+  }
+  if (holdsGroup) finish(corner);
+}
+
+/** Rounds the sums of a part of a scan block to evidence, and hands it to the adder.
+ * @param from first cell of the part in the scan block; @param layers of the part that evidence may be in
+ * @param base Morton number of that first cell in the map's block */
+void BgkScanInference::Implementation::addPart(const CellIndex& from, int part, const Layers& layers,
+                                               uint32_t base, Worker& worker) const
+{
+  for (int z = layers.begin; z < layers.end; ++z)
+  {
+    for (int y = 0; y < part; ++y)
+    {
+      const auto row = static_cast<size_t>((z * kEdge + from.y + y) * kEdge + from.x);
+      const auto partRow = static_cast<size_t>(((z - from.z) * kEdge + y) * kEdge);
+      for (int x = 0; x < part; ++x)
+      {
+        const size_t i = row + static_cast<size_t>(x);
+        if ((worker.occupied[i] | worker.free[i]) == 0) continue;
+        worker.adder.set(base | partOffsets_[partRow + static_cast<size_t>(x)],
+                         {occupiedScale_.evidence(worker.occupied[i]), freeScale_.evidence(worker.free[i])});
+      }
+    }
+  }
+}
+
+}  // namespace lamap

@@ -1,0 +1,272 @@
+#pragma once
+
+#include <lamap_core/features/site_set.h>
+#include <lamap_core/grid/block_grid.h>
+#include <lamap_core/grid/cell.h>
+#include <tsl/robin_map.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace lamap
+{
+/// A dense box of weights copied from a lattice, rows along x. Weights are 0 where there is no site.
+struct SiteBox
+{
+  CellIndex low;  ///< its first site
+  std::array<int32_t, 3> counts{};
+  int32_t stride = 0;  ///< from row to row, at least counts[0] + 16
+  std::vector<float> weights;
+  std::vector<uint8_t> isSite;      ///< laid out alike
+  std::vector<uint8_t> rowHasSite;  ///< of each row, by z, then y
+  bool anySite = false;
+
+  void reset(const CellIndex& first, const CellIndex& last);
+  [[nodiscard]] size_t rowOf(int32_t y, int32_t z) const
+  {
+    return rowNumber(y, z) * static_cast<size_t>(stride);
+  }
+  [[nodiscard]] bool hasSite(int32_t y, int32_t z) const { return rowHasSite[rowNumber(y, z)] != 0; }
+  [[nodiscard]] size_t rowNumber(int32_t y, int32_t z) const
+  {
+    return static_cast<size_t>((z - low.z) * counts[1] + (y - low.y));
+  }
+};
+
+/// Weights of compact features by site, to be read. Site j is centred at (j + 1/2)·h.
+class SiteWeights
+{
+ public:
+  virtual ~SiteWeights() = default;
+  /// Copies the sites in [first, last] into a box.
+  virtual void copyInto(const CellIndex& first, const CellIndex& last, SiteBox& box) const = 0;
+  /// Blocks of 8³ sites that hold any, sorted by z, then y, then x.
+  [[nodiscard]] virtual std::vector<BlockIndex> sortedBlocks() const = 0;
+  /// Which sites of a block there are; nothing set where there is no such block.
+  [[nodiscard]] virtual SiteSet::Bits bitsOf(const BlockIndex& block) const = 0;
+
+ protected:
+  SiteWeights() = default;
+  SiteWeights(const SiteWeights&) = default;
+  SiteWeights& operator=(const SiteWeights&) = default;
+  SiteWeights(SiteWeights&&) = default;
+  SiteWeights& operator=(SiteWeights&&) = default;
+};
+
+/// What the incremental map knows of a weight: its Gaussian posterior.
+struct SitePosterior
+{
+  float mean = 0;       ///< μ
+  float precision = 0;  ///< Λ
+
+  friend bool operator==(const SitePosterior& a, const SitePosterior& b)
+  {
+    return a.mean == b.mean && a.precision == b.precision;
+  }
+};
+
+[[nodiscard]] inline float meanOf(float weight)
+{
+  return weight;
+}
+[[nodiscard]] inline float meanOf(const SitePosterior& posterior)
+{
+  return posterior.mean;
+}
+
+/** A sparse lattice of features, packed: blocks of 8³ sites, a bit a site and then the weights of those there
+ * are.
+ * @tparam Weight float, or SitePosterior
+ *
+ * Thread guarantee: const methods may be called from several threads. */
+template <typename Weight>
+class HilbertLattice : public SiteWeights
+{
+ public:
+  struct Block
+  {
+    SiteSet::Bits bits{};
+    std::vector<Weight> weights;                    ///< of the sites whose bit is set, in the order of bits
+    std::array<uint16_t, kScanBlockEdge> before{};  ///< how many weights there are before each word's
+
+    /// Place in `weights` of the site at an offset, which must be there.
+    [[nodiscard]] size_t placeOf(uint32_t offset) const
+    {
+      return before[offset / 64] + countOf(bits[offset / 64] & ((uint64_t{1} << (offset % 64)) - 1));
+    }
+    void countBefore()
+    {
+      size_t count = 0;
+      for (size_t word = 0; word < bits.size(); ++word)
+      {
+        before[word] = static_cast<uint16_t>(count);
+        count += countOf(bits[word]);
+      }
+    }
+    [[nodiscard]] bool has(uint32_t offset) const { return (bits[offset / 64] >> (offset % 64) & 1) != 0; }
+    friend bool operator==(const Block& a, const Block& b)
+    {
+      return a.bits == b.bits && a.weights == b.weights;
+    }
+    [[nodiscard]] static size_t countOf(uint64_t word)
+    {
+      // Without an instruction for it the compiler calls a function: eight bits at a time are faster.
+      word -= word >> 1 & 0x5555555555555555;
+      word = (word & 0x3333333333333333) + (word >> 2 & 0x3333333333333333);
+      word = (word + (word >> 4)) & 0x0F0F0F0F0F0F0F0F;
+      return static_cast<size_t>(word * 0x0101010101010101 >> 56);
+    }
+  };
+
+  [[nodiscard]] size_t blockCount() const { return blocks_.size(); }
+  [[nodiscard]] size_t siteCount() const
+  {
+    size_t count = 0;
+    for (const auto& [index, block] : blocks_) count += block.weights.size();
+    return count;
+  }
+  void clear() { blocks_.clear(); }
+
+  [[nodiscard]] const Block* find(const BlockIndex& index) const
+  {
+    const auto found = blocks_.find(index);
+    return found == blocks_.end() ? nullptr : &found->second;
+  }
+  [[nodiscard]] Block* find(const BlockIndex& index)
+  {
+    return const_cast<Block*>(static_cast<const HilbertLattice*>(this)->find(index));
+  }
+  /// @return the weight of a site, or null.
+  [[nodiscard]] const Weight* find(const CellIndex& site) const
+  {
+    const Block* block = find(SiteSet::blockOf(site));
+    const uint32_t offset = SiteSet::offsetOf(site);
+    return block != nullptr && block->has(offset) ? &block->weights[block->placeOf(offset)] : nullptr;
+  }
+  [[nodiscard]] Weight* find(const CellIndex& site)
+  {
+    return const_cast<Weight*>(static_cast<const HilbertLattice*>(this)->find(site));
+  }
+
+  /// Puts a block in the place of the one there, e.g. from a file. @param block with as many weights as bits
+  void put(const BlockIndex& index, Block block)
+  {
+    block.weights.shrink_to_fit();
+    block.countBefore();
+    blocks_[index] = std::move(block);
+  }
+
+  /// Adds the sites of a block that are not there yet, with this weight.
+  void addSites(const BlockIndex& index, const SiteSet::Bits& bits, const Weight& weight);
+
+  void copyInto(const CellIndex& first, const CellIndex& last, SiteBox& box) const override;
+  [[nodiscard]] std::vector<BlockIndex> sortedBlocks() const override;
+  [[nodiscard]] SiteSet::Bits bitsOf(const BlockIndex& index) const override
+  {
+    const Block* block = find(index);
+    return block != nullptr ? block->bits : SiteSet::Bits{};
+  }
+
+  /// Bytes of all blocks and of the index over them.
+  [[nodiscard]] size_t memoryBytes() const
+  {
+    size_t bytes = blocks_.bucket_count() * (sizeof(std::pair<BlockIndex, Block>) + 8);
+    for (const auto& [index, block] : blocks_) bytes += block.weights.capacity() * sizeof(Weight);
+    return bytes;
+  }
+
+  friend bool operator==(const HilbertLattice& a, const HilbertLattice& b)
+  {
+    if (a.blocks_.size() != b.blocks_.size()) return false;
+    return std::all_of(a.blocks_.begin(), a.blocks_.end(),
+                       [&](const auto& entry)
+                       {
+                         const Block* other = b.find(entry.first);
+                         return other != nullptr && *other == entry.second;
+                       });
+  }
+
+ private:
+  tsl::robin_map<BlockIndex, Block, BlockIndexHash> blocks_;
+};
+
+template <typename Weight>
+void HilbertLattice<Weight>::addSites(const BlockIndex& index, const SiteSet::Bits& bits,
+                                      const Weight& weight)
+{
+  Block& block = blocks_[index];
+  size_t count = 0;
+  bool any = false;
+  for (size_t word = 0; word < bits.size(); ++word)
+  {
+    count += Block::countOf(bits[word] | block.bits[word]);
+    any = any || (bits[word] & ~block.bits[word]) != 0;
+  }
+  if (!any) return;
+  std::vector<Weight> merged;
+  merged.reserve(count);
+  size_t place = 0;
+  for (size_t word = 0; word < bits.size(); ++word)
+  {
+    for (uint64_t rest = bits[word] | block.bits[word]; rest != 0; rest &= rest - 1)
+    {
+      const uint64_t bit = rest & ~(rest - 1);
+      merged.push_back((block.bits[word] & bit) != 0 ? block.weights[place++] : weight);
+    }
+    block.bits[word] |= bits[word];
+  }
+  block.weights = std::move(merged);
+  block.countBefore();
+}
+
+template <typename Weight>
+void HilbertLattice<Weight>::copyInto(const CellIndex& first, const CellIndex& last, SiteBox& box) const
+{
+  box.reset(first, last);
+  const BlockIndex low = SiteSet::blockOf(first);
+  const BlockIndex high = SiteSet::blockOf(last);
+  const auto copyBlock = [&](const BlockIndex& index, const Block& block)
+  {
+    const CellIndex corner{index.x * kScanBlockEdge, index.y * kScanBlockEdge, index.z * kScanBlockEdge};
+    size_t place = 0;
+    for (int32_t z = 0; z < kScanBlockEdge; ++z)
+    {
+      const uint64_t word = block.bits[static_cast<size_t>(z)];
+      if (corner.z + z < first.z || corner.z + z > last.z)
+      {
+        place += Block::countOf(word);
+        continue;
+      }
+      for (uint64_t rest = word; rest != 0; rest &= rest - 1, ++place)
+      {
+        const int bit = __builtin_ctzll(rest);
+        const int32_t x = corner.x + bit % kScanBlockEdge;
+        const int32_t y = corner.y + bit / kScanBlockEdge;
+        if (x < first.x || x > last.x || y < first.y || y > last.y) continue;
+        const size_t at = box.rowOf(y, corner.z + z) + static_cast<size_t>(x - first.x);
+        box.weights[at] = meanOf(block.weights[place]);
+        box.isSite[at] = 1;
+        box.rowHasSite[box.rowNumber(y, corner.z + z)] = 1;
+        box.anySite = true;
+      }
+    }
+  };
+  for (int32_t z = low.z; z <= high.z; ++z)
+    for (int32_t y = low.y; y <= high.y; ++y)
+      for (int32_t x = low.x; x <= high.x; ++x)
+        if (const Block* block = find(BlockIndex{x, y, z})) copyBlock({x, y, z}, *block);
+}
+
+template <typename Weight>
+std::vector<BlockIndex> HilbertLattice<Weight>::sortedBlocks() const
+{
+  std::vector<BlockIndex> indices;
+  indices.reserve(blocks_.size());
+  for (const auto& [index, block] : blocks_) indices.push_back(index);
+  std::sort(indices.begin(), indices.end());
+  return indices;
+}
+
+}  // namespace lamap

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <lamap_core/grid/octant_rule.h>
+#include <lamap_core/grid/state_thresholds.h>
+#include <lamap_core/scan/ray_selection.h>
+#include <lamap_core/training/training_rules.h>
+
+#include <cstdint>
+#include <optional>
+
+namespace lamap
+{
+/// How the Gaussian processes of several scans become one estimate of a cell.
+enum class GpFusion
+{
+  Bcm,   ///< Bayesian committee machine: precisions and weighted means add (thesis eq. 2.28, 2.29)
+  Bayes  ///< log-odds of each scan's squashed prediction add (thesis eq. 3.1, section 5.1)
+};
+
+/// Where a ray of a scan says "free".
+enum class GpFreeSpace
+{
+  Samples,  ///< points every freeResolution along the ray
+  None      ///< nowhere
+};
+
+/// What a GP map is made with; fixed for its life.
+struct GpStructure
+{
+  double resolution = 0.10;  ///< edge of a finest cell [m], finite, > 0
+  int blockDepth = 3;        ///< a block is 2^(blockDepth−1) cells wide; 2 to 6
+  Pruning pruning = Pruning::Lossless;
+  bool planar = false;        ///< one layer of cells, distances in the plane: for 2D sensors
+  double planarHeight = 0.0;  ///< [m], in the layer of a planar map
+  GpFusion fusion = GpFusion::Bcm;
+  double signalVariance = 1.0;        ///< σ_f² of eq. (2.24): of a cell nobody spoke of; in [1e-3, 1e3]
+  double noiseVariance = 0.05;        ///< σ_n² of eq. (2.19), in [1e-6, 1e3]
+  double squashGain = 1.0;            ///< γ of eq. (2.25), > 0
+  std::optional<double> minVariance;  ///< σ²_min of eq. (2.25), > 0; empty: noiseVariance
+
+  [[nodiscard]] double resolvedMinVariance() const { return minVariance.value_or(noiseVariance); }
+  /// γ·σ²_min: log-odds for each unit of mean / variance.
+  [[nodiscard]] double squash() const { return squashGain * resolvedMinVariance(); }
+
+  /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
+  void validate() const;
+
+  friend bool operator==(const GpStructure& a, const GpStructure& b);
+};
+
+/** How scans become evidence. Lengths are in metres; those left empty are given in cells: see resolved(). */
+struct GpInference
+{
+  /// A GP for each block that holds training points, and those around a block fused (nested BCM, thesis table
+  /// 4.1); else one for each block, trained on everything within the support.
+  bool nested = false;
+  GpFreeSpace freeSpace = GpFreeSpace::Samples;
+  TrainingPoints trainingPoints = TrainingPoints::Cells;
+  std::optional<double> freeResolution;  ///< distance between free points on a ray; empty: two cells
+  std::optional<double> freeMargin;      ///< no free point nearer to its ray's hit; empty: one cell
+  double freeDownsampling = 0.0;  ///< `Centroids`: voxel edge in which free points are averaged; 0: none
+  std::optional<double> hitDownsampling;  ///< `Centroids`: voxel edge for hits; empty: one cell; 0: none
+  uint32_t protectHits =
+      2;  ///< no free point in a cell with so many raw hits of the scan; 0: none is protected
+  std::optional<double> kernelSupport;  ///< a GP is silent so far from all its data; empty: two cells
+  double lengthScale = 1.0;             ///< l of eq. (2.24) [m], > 0
+  uint32_t maxPoints = 512;             ///< of one GP; more are split, and the parts fused; 1 to 4096
+  double minRange = 0.0;                ///< returns nearer than this are left out, with their rays
+  double maxRange = 0.0;                ///< 0: what the observation states; free space ends there
+  bool considerInvalidRangesAsFreeSpace = true;  ///< rays without return are free up to the maximum range
+  uint32_t rayDecimation = 1;                    ///< only every so many-th ray of an observation is used
+  StateThresholds thresholds;
+
+  /// The same with what is left empty filled in.
+  [[nodiscard]] GpInference resolved(double resolution_m) const;
+
+  /// What decides the training points. Only of resolved options.
+  [[nodiscard]] TrainingRules trainingRules() const;
+  [[nodiscard]] RangeLimits rangeLimits() const;
+
+  /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
+  void validate(double resolution_m) const;
+
+  friend bool operator==(const GpInference& a, const GpInference& b);
+};
+
+/// Named sets of both kinds of options.
+enum class GpPreset
+{
+  Default,
+  Thesis,  ///< GPOctoMap-NBCM-P of chapter 4; its parameters, which the thesis does not print, from LA3DM
+  La3dm    ///< as the thesis's library LA3DM ships
+};
+
+struct GpOptions
+{
+  GpStructure structure;
+  GpInference inference;
+};
+
+[[nodiscard]] GpOptions presetOptions(GpPreset preset);
+
+}  // namespace lamap

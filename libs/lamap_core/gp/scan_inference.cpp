@@ -1,0 +1,488 @@
+#include <lamap_core/gp/scan_inference.h>
+
+#include <lamap_core/bgk/point_sums.h>
+#include <lamap_core/gp/regression.h>
+#include <lamap_core/grid/signed_evidence.h>
+#include <lamap_core/math/workers.h>
+#include <lamap_core/training/scan_training.h>
+#include <tbb/enumerable_thread_specific.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace lamap
+{
+namespace
+{
+/// First and last cell, along one axis and from the anchor, whose centre lies in [low, high].
+std::pair<int32_t, int32_t> cellsBetween(double low, double high)
+{
+  return {static_cast<int32_t>(std::ceil(low - 0.5)), static_cast<int32_t>(std::floor(high - 0.5))};
+}
+
+/** Cuts points in two along the longest axis of their box until no part has more than `most`.
+ * @param visit(first, count) for each part */
+template <typename Visit>
+void splitPoints(GpPoint* first, size_t count, size_t most, Visit&& visit)
+{
+  if (count <= most)
+  {
+    if (count > 0) visit(first, count);
+    return;
+  }
+  Eigen::Vector3d low = first->place;
+  Eigen::Vector3d high = first->place;
+  for (size_t i = 1; i < count; ++i)
+  {
+    low = low.cwiseMin(first[i].place);
+    high = high.cwiseMax(first[i].place);
+  }
+  Eigen::Index axis = 0;
+  (high - low).maxCoeff(&axis);
+  std::stable_sort(first, first + count,
+                   [&](const GpPoint& a, const GpPoint& b) { return a.place[axis] < b.place[axis]; });
+  splitPoints(first, count / 2, most, visit);
+  splitPoints(first + count / 2, count - count / 2, most, visit);
+}
+
+/// The covariance for one set of options.
+struct CovarianceFor
+{
+  CovarianceFor(const GpInference& inference, const GpStructure& structure, int farthest_cells)
+      : lengthScale(inference.lengthScale),
+        resolution(structure.resolution),
+        signalVariance(structure.signalVariance),
+        farthest(farthest_cells),
+        covariance(lengthScale / resolution, signalVariance, farthest)
+  {
+  }
+  [[nodiscard]] bool isFor(const GpInference& inference, const GpStructure& structure,
+                           int farthest_cells) const
+  {
+    return lengthScale == inference.lengthScale && resolution == structure.resolution &&
+           signalVariance == structure.signalVariance && farthest == farthest_cells;
+  }
+
+  double lengthScale;
+  double resolution;
+  double signalVariance;
+  int farthest;
+  GpCovariance covariance;
+};
+
+}  // namespace
+
+class GpScanInference::Implementation
+{
+ public:
+  RayCounts addScan(const Scan& scan, const GpInference& inference, const GpStructure& structure,
+                    int32_t layer, unsigned threads, const RuleForBlock& ruleFor, BlockGrid& grid);
+
+ private:
+  /// The training points of one block of the map.
+  struct DataBlock
+  {
+    BlockIndex index;
+    size_t begin;  ///< in points_
+    size_t end;
+    Eigen::Vector3d low;  ///< corners of the points' box [cells]
+    Eigen::Vector3d high;
+    size_t firstExpert = 0;  ///< in experts_, where GPs are nested
+    size_t lastExpert = 0;
+  };
+  struct Labelled
+  {
+    BlockIndex block;
+    GpPoint point;
+  };
+  /// Working memory of one thread.
+  struct Worker
+  {
+    explicit Worker(const BlockShape& shape)
+        : adder(shape), precision(shape.cellCount()), weighted(shape.cellCount()), touched(shape.maskWords())
+    {
+    }
+    SignedAdder adder;
+    std::vector<double> precision;  ///< Σ(1/σ² − 1/σ_f²); these are zero between blocks
+    std::vector<double> weighted;   ///< Σ μ/σ²
+    std::vector<uint64_t> touched;
+    std::vector<GpPoint> points;
+    GpExpert expert;
+    GpExpert::Scratch scratch;
+    GpExpert::Prediction prediction;
+    std::vector<std::pair<BlockIndex, EvidenceBlock>> created;
+  };
+
+  void labelPoints(const TrainingSet& training, const BlockGrid& grid);
+  void labelMasks(const TrainingSet& training, const BlockGrid& grid);
+  void label(const Eigen::Vector3d& place, double label, const BlockGrid& grid);
+  void formDataBlocks();
+  void findTargets(const BlockGrid& grid);
+  void trainExperts(tbb::enumerable_thread_specific<Worker>& workers);
+  void inferBlock(size_t target, Worker& worker, const RuleForBlock& ruleFor, BlockGrid& grid) const;
+  void gatherAround(size_t target, const CellIndex& first, const BlockShape& shape, Worker& worker) const;
+  void addExpert(const GpExpert& expert, const CellIndex& first, const BlockShape& shape,
+                 Worker& worker) const;
+  void setEvidence(Worker& worker) const;
+  /// First cell of a block of the map, from the anchor.
+  [[nodiscard]] CellIndex firstCellOf(const BlockIndex& block, const BlockGrid& grid) const
+  {
+    const CellIndex cell = grid.firstCellOf(block);
+    return {cell.x - anchor_.x, cell.y - anchor_.y, cell.z - anchor_.z};
+  }
+
+  ScanTrainer trainer_;
+  std::optional<Workers> workers_;
+  unsigned workersAsked_ = 0;
+  std::optional<CovarianceFor> covariance_;
+  // Of the scan that is being added.
+  GpInference inference_;
+  GpStructure structure_;
+  CellIndex anchor_;
+  double support_ = 0;  ///< [cells]
+  std::vector<Labelled> labelled_;
+  std::vector<GpPoint> points_;
+  std::vector<DataBlock> dataBlocks_;
+  std::vector<std::pair<size_t, size_t>> parts_;  ///< of points_, one an expert
+  std::vector<GpExpert> experts_;
+  ScanBlocks targets_;
+  BlockLists targetLists_;  ///< data blocks that reach a target
+};
+
+GpScanInference::GpScanInference() : implementation_(std::make_unique<Implementation>()) {}
+GpScanInference::~GpScanInference() = default;
+
+RayCounts GpScanInference::addScan(const Scan& scan, const GpInference& inference,
+                                   const GpStructure& structure, int32_t layer, unsigned threads,
+                                   const RuleForBlock& ruleFor, BlockGrid& grid)
+{
+  return implementation_->addScan(scan, inference, structure, layer, threads, ruleFor, grid);
+}
+
+RayCounts GpScanInference::Implementation::addScan(const Scan& scan, const GpInference& inference,
+                                                   const GpStructure& structure, int32_t layer,
+                                                   unsigned threads, const RuleForBlock& ruleFor,
+                                                   BlockGrid& grid)
+{
+  inference_ = inference;
+  structure_ = structure;
+  if (!workers_ || workersAsked_ != threads) workers_.emplace(threads);
+  workersAsked_ = threads;
+  SelectedRays rays = selectRays(scan, inference.rangeLimits());
+  std::optional<CellIndex> anchor;
+  for (const SelectedFan& fan : rays.fans)
+  {
+    if (!anchor && fan.origin_map.allFinite()) anchor = cellAt(fan.origin_map, structure.resolution);
+  }
+  anchor_ = anchor.value_or(CellIndex{});
+  if (structure.planar) anchor_.z = layer;
+
+  support_ = lengthInCells(*inference.kernelSupport, structure.resolution);
+  const bool inCells = inference.trainingPoints == TrainingPoints::Cells;
+  const int farthest = inCells ? grid.shape().edge() + 2 * static_cast<int>(support_) + 2 : 0;
+  if (!covariance_ || !covariance_->isFor(inference, structure, farthest))
+    covariance_.emplace(inference, structure, farthest);
+
+  const ScanFrame frame(structure.resolution, anchor_, structure.planar);
+  const TrainingSet& training = trainer_.train(rays, inference.trainingRules(), frame, structure.planar,
+                                               structure.resolution, workers_->threads());
+  labelPoints(training, grid);
+  formDataBlocks();
+  findTargets(grid);
+
+  tbb::enumerable_thread_specific<Worker> own([&] { return Worker(grid.shape()); });
+  if (inference.nested) trainExperts(own);
+  workers_->forEach(targets_.blocks().size(),
+                    [&](size_t target) { inferBlock(target, own.local(), ruleFor, grid); });
+  for (Worker& worker : own)
+  {
+    for (auto& [index, block] : worker.created) grid.findOrCreate(index) = std::move(block);
+  }
+  return rays.counts;
+}
+
+void GpScanInference::Implementation::label(const Eigen::Vector3d& place, double label, const BlockGrid& grid)
+{
+  const CellIndex cell{anchor_.x + localCell(place.x()), anchor_.y + localCell(place.y()),
+                       anchor_.z + localCell(place.z())};
+  labelled_.push_back({grid.blockOf(cell), {place, label}});
+}
+
+void GpScanInference::Implementation::labelMasks(const TrainingSet& training, const BlockGrid& grid)
+{
+  const BlockOffset offset(anchor_);
+  for (size_t i = 0; i < training.masks.size(); ++i)
+  {
+    const BlockMasks& masks = training.masks[i];
+    const BlockIndex& block = training.blocks.blocks()[i];
+    const auto labelMask = [&](size_t z, uint64_t bits, double label)
+    {
+      for (; bits != 0; bits &= bits - 1)
+      {
+        const int bit = __builtin_ctzll(bits);
+        this->label({block.x * kScanBlockEdge - offset.x + bit % kScanBlockEdge + 0.5,
+                     block.y * kScanBlockEdge - offset.y + bit / kScanBlockEdge + 0.5,
+                     block.z * kScanBlockEdge - offset.z + static_cast<int>(z) + 0.5},
+                    label, grid);
+      }
+    };
+    for (size_t z = 0; z < kScanBlockEdge; ++z)
+    {
+      labelMask(z, masks.hit[z], 1.0);
+      labelMask(z, masks.free[z] & ~masks.protectedHit[z], -1.0);
+    }
+  }
+}
+
+/// The scan's training points, in an order that depends on neither threads nor the place on the map.
+void GpScanInference::Implementation::labelPoints(const TrainingSet& training, const BlockGrid& grid)
+{
+  labelled_.clear();
+  if (inference_.trainingPoints == TrainingPoints::Cells)
+    labelMasks(training, grid);
+  else
+  {
+    const BlockOffset offset(anchor_);
+    const auto isProtected = [&](const Eigen::Vector3d& place)
+    {
+      const CellIndex cell{localCell(place.x()) + offset.x, localCell(place.y()) + offset.y,
+                           localCell(place.z()) + offset.z};
+      const int32_t number = training.blocks.find(
+          {cell.x >> kScanBlockLog2Edge, cell.y >> kScanBlockLog2Edge, cell.z >> kScanBlockLog2Edge});
+      if (number < 0 || static_cast<size_t>(number) >= training.masks.size()) return false;
+      constexpr int32_t kLow = kScanBlockEdge - 1;
+      const CellMask& mask = training.masks[static_cast<size_t>(number)].protectedHit;
+      return (mask[static_cast<size_t>(cell.z & kLow)] >>
+                  ((cell.y & kLow) * kScanBlockEdge + (cell.x & kLow)) &
+              1) != 0;
+    };
+    for (const Eigen::Vector3d& point : training.hitPoints) label(point, 1.0, grid);
+    for (const Eigen::Vector3d& point : training.freePoints)
+      if (!isProtected(point)) label(point, -1.0, grid);
+  }
+  const auto orderOf = [](const Labelled& one)
+  {
+    const Eigen::Vector3d& place = one.point.place;
+    return std::make_tuple(one.block.z, one.block.y, one.block.x, place.z(), place.y(), place.x(),
+                           -one.point.label);
+  };
+  std::sort(labelled_.begin(), labelled_.end(),
+            [&](const Labelled& a, const Labelled& b) { return orderOf(a) < orderOf(b); });
+}
+
+void GpScanInference::Implementation::formDataBlocks()
+{
+  points_.clear();
+  dataBlocks_.clear();
+  for (const Labelled& one : labelled_)
+  {
+    if (dataBlocks_.empty() || !(dataBlocks_.back().index == one.block))
+    {
+      const size_t begin = points_.size();
+      dataBlocks_.push_back({one.block, begin, begin, one.point.place, one.point.place});
+    }
+    DataBlock& block = dataBlocks_.back();
+    points_.push_back(one.point);
+    block.end = points_.size();
+    block.low = block.low.cwiseMin(one.point.place);
+    block.high = block.high.cwiseMax(one.point.place);
+  }
+}
+
+/// The blocks of the map that have cells within the support of a data block's box.
+void GpScanInference::Implementation::findTargets(const BlockGrid& grid)
+{
+  std::vector<std::pair<BlockIndex, BlockIndex>> boxes;
+  boxes.reserve(dataBlocks_.size());
+  BlockIndex low;
+  BlockIndex high;
+  for (const DataBlock& block : dataBlocks_)
+  {
+    CellIndex first = anchor_;
+    CellIndex last = anchor_;
+    const auto reach = [&](Eigen::Index axis, int32_t CellIndex::*member)
+    {
+      const auto [from, to] = cellsBetween(block.low[axis] - support_, block.high[axis] + support_);
+      first.*member += from;
+      last.*member += to;
+    };
+    reach(0, &CellIndex::x);
+    reach(1, &CellIndex::y);
+    if (!structure_.planar) reach(2, &CellIndex::z);
+    // Between the centres of cells a small support may reach none.
+    last = {std::max(first.x, last.x), std::max(first.y, last.y), std::max(first.z, last.z)};
+    const auto& [from, to] = boxes.emplace_back(grid.blockOf(first), grid.blockOf(last));
+    const bool isFirst = boxes.size() == 1;
+    low = isFirst ? from
+                  : BlockIndex{std::min(low.x, from.x), std::min(low.y, from.y), std::min(low.z, from.z)};
+    high = isFirst ? to : BlockIndex{std::max(high.x, to.x), std::max(high.y, to.y), std::max(high.z, to.z)};
+  }
+  targets_.reset(low, high);
+  targetLists_.clear();
+  for (size_t i = 0; i < boxes.size(); ++i)
+  {
+    const auto& [from, to] = boxes[i];
+    for (int32_t z = from.z; z <= to.z; ++z)
+      for (int32_t y = from.y; y <= to.y; ++y)
+        for (int32_t x = from.x; x <= to.x; ++x)
+          targetLists_.add(targets_.findOrAdd({x, y, z}), static_cast<uint32_t>(i));
+  }
+  targetLists_.sort(targets_.blocks().size());
+}
+
+void GpScanInference::Implementation::trainExperts(tbb::enumerable_thread_specific<Worker>& workers)
+{
+  parts_.clear();
+  for (DataBlock& block : dataBlocks_)
+  {
+    block.firstExpert = parts_.size();
+    splitPoints(points_.data() + block.begin, block.end - block.begin, inference_.maxPoints,
+                [&](const GpPoint* first, size_t count)
+                { parts_.emplace_back(static_cast<size_t>(first - points_.data()), count); });
+    block.lastExpert = parts_.size();
+  }
+  experts_.resize(parts_.size());
+  workers_->forEach(parts_.size(),
+                    [&](size_t i)
+                    {
+                      experts_[i].train(points_.data() + parts_[i].first, parts_[i].second,
+                                        covariance_->covariance, structure_.noiseVariance,
+                                        workers.local().scratch);
+                    });
+}
+
+/// All training points within the support of the block: of the box of its cells' centres.
+void GpScanInference::Implementation::gatherAround(size_t target, const CellIndex& first,
+                                                   const BlockShape& shape, Worker& worker) const
+{
+  worker.points.clear();
+  const Eigen::Vector3d low(first.x + 0.5, first.y + 0.5, first.z + 0.5);
+  const double width = shape.edge() - 1;
+  const Eigen::Vector3d high = low + Eigen::Vector3d(width, width, shape.planar() ? 0.0 : width);
+  for (const uint32_t i : targetLists_.of(target))
+  {
+    for (size_t p = dataBlocks_[i].begin; p < dataBlocks_[i].end; ++p)
+    {
+      const Eigen::Vector3d& place = points_[p].place;
+      const Eigen::Vector3d outside = (low - place).cwiseMax(place - high).cwiseMax(0.0);
+      if (outside.squaredNorm() < support_ * support_) worker.points.push_back(points_[p]);
+    }
+  }
+}
+
+void GpScanInference::Implementation::inferBlock(size_t target, Worker& worker, const RuleForBlock& ruleFor,
+                                                 BlockGrid& grid) const
+{
+  const BlockShape& shape = grid.shape();
+  const BlockIndex& index = targets_.blocks()[target];
+  const CellIndex first = firstCellOf(index, grid);
+  if (inference_.nested)
+  {
+    for (const uint32_t i : targetLists_.of(target))
+      for (size_t e = dataBlocks_[i].firstExpert; e < dataBlocks_[i].lastExpert; ++e)
+        addExpert(experts_[e], first, shape, worker);
+  }
+  else
+  {
+    gatherAround(target, first, shape, worker);
+    splitPoints(worker.points.data(), worker.points.size(), inference_.maxPoints,
+                [&](const GpPoint* part, size_t count)
+                {
+                  worker.expert.train(part, count, covariance_->covariance, structure_.noiseVariance,
+                                      worker.scratch);
+                  addExpert(worker.expert, first, shape, worker);
+                });
+  }
+  worker.adder.clear();
+  setEvidence(worker);
+  if (!worker.adder.any()) return;
+  if (EvidenceBlock* block = grid.find(index))
+    worker.adder.addTo(*block, ruleFor(index));
+  else
+  {
+    worker.created.emplace_back(index, EvidenceBlock{});
+    worker.adder.addTo(worker.created.back().second, ruleFor(index));
+  }
+}
+
+/// Adds what an expert says of the cells of a block. @param first cell of the block, from the anchor
+void GpScanInference::Implementation::addExpert(const GpExpert& expert, const CellIndex& first,
+                                                const BlockShape& shape, Worker& worker) const
+{
+  std::array<std::pair<int32_t, int32_t>, 3> box;
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+  {
+    const int32_t from = axis == 0 ? first.x : axis == 1 ? first.y : first.z;
+    auto [low, high] = cellsBetween(expert.low()[axis] - support_, expert.high()[axis] + support_);
+    const int32_t last = axis == 2 && shape.planar() ? 0 : shape.edge() - 1;
+    box[static_cast<size_t>(axis)] = {std::max(low - from, 0), std::min(high - from, last)};
+  }
+  constexpr size_t kTile = std::tuple_size_v<GpTile>;
+  const double squaredSupport = support_ * support_;
+  const double priorPrecision = 1.0 / structure_.signalVariance;
+  GpPlaces places;
+  std::array<uint32_t, kTile> offsets;
+  size_t used = 0;
+  const auto flush = [&]
+  {
+    if (used == 0) return;
+    for (size_t c = used; c < kTile; ++c)
+    {
+      places.x[c] = places.x[used - 1];
+      places.y[c] = places.y[used - 1];
+      places.z[c] = places.z[used - 1];
+    }
+    GpExpert::Prediction& said = worker.prediction;
+    if (expert.predict(places, squaredSupport, covariance_->covariance, worker.scratch, said))
+    {
+      for (size_t c = 0; c < used; ++c)
+      {
+        if (!(said.nearest[c] < squaredSupport)) continue;
+        const uint32_t offset = offsets[c];
+        const double precision = 1.0 / said.variance[c];
+        worker.precision[offset] += precision - priorPrecision;  // Eq. (2.29)
+        worker.weighted[offset] += precision * said.mean[c];     // Eq. (2.28)
+        worker.touched[offset >> 6] |= uint64_t{1} << (offset & 63);
+      }
+    }
+    used = 0;
+  };
+  for (int32_t z = box[2].first; z <= box[2].second; ++z)
+    for (int32_t y = box[1].first; y <= box[1].second; ++y)
+      for (int32_t x = box[0].first; x <= box[0].second; ++x)
+      {
+        places.x[used] = first.x + x + 0.5;
+        places.y[used] = first.y + y + 0.5;
+        places.z[used] = first.z + z + 0.5;
+        offsets[used] =
+            shape.offsetOfLocal(static_cast<uint32_t>(x), static_cast<uint32_t>(y), static_cast<uint32_t>(z));
+        if (++used == kTile) flush();
+      }
+  flush();
+}
+
+/// Rounds the block's sums, hands them to the adder, and makes them zero again.
+void GpScanInference::Implementation::setEvidence(Worker& worker) const
+{
+  const auto units = [](double sum) { return static_cast<int64_t>(std::floor(sum / kEvidenceUnit + 0.5)); };
+  for (size_t word = 0; word < worker.touched.size(); ++word)
+  {
+    for (uint64_t rest = std::exchange(worker.touched[word], 0); rest != 0; rest &= rest - 1)
+    {
+      const auto offset = static_cast<uint32_t>(word * 64 + static_cast<size_t>(__builtin_ctzll(rest)));
+      const double precision = std::exchange(worker.precision[offset], 0.0);
+      const double weighted = std::exchange(worker.weighted[offset], 0.0);
+      if (structure_.fusion == GpFusion::Bcm)
+        worker.adder.set(offset,
+                         {encodedSum(std::max<int64_t>(units(precision), 0)), encodedSum(units(weighted))});
+      else
+        worker.adder.set(offset, {0, encodedSum(units(structure_.squash() * weighted))});  // Eq. (2.25)
+    }
+  }
+}
+
+}  // namespace lamap

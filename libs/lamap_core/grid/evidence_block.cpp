@@ -1,0 +1,350 @@
+#include <lamap_core/grid/evidence_block.h>
+
+#include <lamap_core/options/legal_range.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+namespace lamap
+{
+namespace
+{
+constexpr uint64_t kNarrowMax = 0xFFFFFFFFu;
+
+/// Bits without hardware support assumed: the architecture's baseline has none.
+size_t countBits(uint64_t word)
+{
+  word -= word >> 1 & 0x5555555555555555u;
+  word = (word & 0x3333333333333333u) + (word >> 2 & 0x3333333333333333u);
+  word = (word + (word >> 4)) & 0x0F0F0F0F0F0F0F0Fu;
+  return static_cast<size_t>(word * 0x0101010101010101u >> 56);
+}
+
+size_t countBits(const uint64_t* words, size_t count)
+{
+  size_t sum = 0;
+  for (size_t i = 0; i < count; ++i) sum += countBits(words[i]);
+  return sum;
+}
+
+bool bitAt(const uint64_t* words, uint32_t offset)
+{
+  return words[offset >> 6] >> (offset & 63) & 1;
+}
+
+/// Are all bits of [first, first + count) set? The run is an aligned octant.
+bool allSet(const std::vector<uint64_t>& words, uint32_t first, uint32_t count)
+{
+  if (count < 64)
+  {
+    const uint64_t run = ((uint64_t{1} << count) - 1) << (first & 63);
+    return (words[first >> 6] & run) == run;
+  }
+  return std::all_of(words.begin() + (first >> 6), words.begin() + ((first + count) >> 6),
+                     [](uint64_t word) { return ~word == 0; });
+}
+
+void clearBits(std::vector<uint64_t>& words, uint32_t first, uint32_t count)
+{
+  if (count < 64)
+  {
+    words[first >> 6] &= ~(((uint64_t{1} << count) - 1) << (first & 63));
+    return;
+  }
+  std::fill(words.begin() + (first >> 6), words.begin() + ((first + count) >> 6), uint64_t{0});
+}
+
+/// An octant that is held once, with its evidence.
+struct HeldOctant
+{
+  uint32_t begin;
+  uint32_t count;
+  Evidence evidence;
+};
+
+/// The largest octants that may be held once, by their first cell: from the finest level up, an octant may be
+/// if all its children are (or are observed cells) and the merger agrees.
+std::vector<HeldOctant> heldOctants(const BlockShape& shape, const DenseBlock& dense,
+                                    const OctantMerger& merger)
+{
+  const auto cells = static_cast<uint32_t>(shape.cellCount());
+  const auto branching = static_cast<uint32_t>(shape.branching());
+  std::vector<HeldOctant> finer;
+  std::vector<HeldOctant> held;
+  for (uint32_t count = branching; count <= cells; count *= branching)
+  {
+    const bool finest = count == branching;
+    held.clear();
+    auto next = finer.begin();
+    for (uint32_t begin = 0; begin < cells; begin += count)
+    {
+      const auto children = next;
+      while (next != finer.end() && next->begin < begin + count) ++next;
+      const bool mayBe =
+          finest ? allSet(dense.observed, begin, count)
+                 : static_cast<uint32_t>(next - children) == branching &&
+                       std::all_of(children, next,
+                                   [&](const HeldOctant& child) { return child.count == count / branching; });
+      Evidence evidence;
+      if (mayBe && merger(dense, begin, count, evidence))
+        held.push_back({begin, count, evidence});
+      else
+        held.insert(held.end(), children, next);
+    }
+    const bool grew = finest ? !held.empty() : held.size() != finer.size();
+    finer.swap(held);
+    if (!grew) break;
+  }
+  return finer;
+}
+
+constexpr uint32_t spread(uint32_t coordinate, int axes)
+{
+  uint32_t spreadBits = 0;
+  for (int bit = 0; bit < 5; ++bit) spreadBits |= (coordinate >> bit & 1u) << (bit * axes);
+  return spreadBits;
+}
+
+}  // namespace
+
+#define LAMAP_SPREAD_ROW(a, n)                                                                            \
+  spread(a, n), spread(a + 1, n), spread(a + 2, n), spread(a + 3, n), spread(a + 4, n), spread(a + 5, n), \
+      spread(a + 6, n), spread(a + 7, n)
+const uint32_t BlockShape::kSpread2[32] = {LAMAP_SPREAD_ROW(0, 2), LAMAP_SPREAD_ROW(8, 2),
+                                           LAMAP_SPREAD_ROW(16, 2), LAMAP_SPREAD_ROW(24, 2)};
+const uint32_t BlockShape::kSpread3[32] = {LAMAP_SPREAD_ROW(0, 3), LAMAP_SPREAD_ROW(8, 3),
+                                           LAMAP_SPREAD_ROW(16, 3), LAMAP_SPREAD_ROW(24, 3)};
+#undef LAMAP_SPREAD_ROW
+
+BlockShape::BlockShape(int log2Edge, bool planar) : log2Edge_(log2Edge), planar_(planar)
+{
+  requireLegal(log2Edge >= 1 && log2Edge <= 5, "log2Edge", log2Edge, "a whole number from 1 to 5");
+}
+
+CellIndex BlockShape::localOf(uint32_t offset) const
+{
+  CellIndex local;
+  for (int bit = 0; bit < log2Edge_; ++bit)
+  {
+    const uint32_t child = offset >> (bit * axes());
+    local.x |= static_cast<int32_t>(child & 1u) << bit;
+    local.y |= static_cast<int32_t>(child >> 1 & 1u) << bit;
+    if (!planar_) local.z |= static_cast<int32_t>(child >> 2 & 1u) << bit;
+  }
+  return local;
+}
+
+Evidence EvidenceBlock::at(const BlockShape& shape, uint32_t offset) const
+{
+  if (words_.empty() || !bitAt(observedMask(), offset)) return {};
+  const uint64_t* first = leafMask(shape);
+  const uint32_t word = offset >> 6;
+  const uint64_t upToHere = ~uint64_t{0} >> (63 - (offset & 63));
+  const size_t rank = countBits(first, word) + countBits(first[word] & upToHere) - 1;
+  return leaf(shape, rank);
+}
+
+uint32_t EvidenceBlock::leafCells(const BlockShape& shape, uint32_t begin) const
+{
+  const uint64_t* observed = observedMask();
+  const uint64_t* first = leafMask(shape);
+  const auto cells = static_cast<uint32_t>(shape.cellCount());
+  const auto branching = static_cast<uint32_t>(shape.branching());
+  uint32_t count = 1;
+  while (count * branching <= cells && begin % (count * branching) == 0 && bitAt(observed, begin + count) &&
+         !bitAt(first, begin + count))
+    count *= branching;
+  return count;
+}
+
+void EvidenceBlock::unpack(const BlockShape& shape, DenseBlock& dense) const
+{
+  if (words_.empty())
+  {
+    std::fill(dense.observed.begin(), dense.observed.end(), uint64_t{0});
+    return;
+  }
+  std::copy_n(observedMask(), shape.maskWords(), dense.observed.begin());
+  visitLeaves(shape,
+              [&](uint32_t first, uint32_t count, const Evidence& evidence)
+              {
+                std::fill_n(dense.occupied.begin() + first, count, evidence.occupied);
+                std::fill_n(dense.free.begin() + first, count, evidence.free);
+              });
+}
+
+bool EvidenceBlock::addInPlace(const BlockShape& shape, const uint64_t* touched, const Evidence* added)
+{
+  if (words_.empty() || wide_ || pruned_) return false;
+  const uint64_t* observed = observedMask();
+  const size_t maskWords = shape.maskWords();
+  for (size_t word = 0; word < maskWords; ++word)
+  {
+    if (touched[word] & ~observed[word]) return false;
+  }
+  uint64_t* const values = words_.data() + maskWords;
+  const auto forEachTouched = [&](auto&& apply)
+  {
+    size_t rank = 0;
+    for (size_t word = 0; word < maskWords; ++word)
+    {
+      size_t position = rank;
+      uint64_t passed = 0;  // cells of the word before the one that is next
+      for (uint64_t rest = touched[word]; rest != 0; rest &= rest - 1)
+      {
+        const auto bit = static_cast<uint32_t>(__builtin_ctzll(rest));
+        const uint64_t before = (uint64_t{1} << bit) - 1;
+        const uint64_t skipped = observed[word] & before & ~passed;
+        if (skipped != 0) position += countBits(skipped);
+        apply(values[position++], added[word * 64 + bit]);
+        passed = before << 1 | 1;
+      }
+      rank += countBits(observed[word]);
+    }
+  };
+  uint64_t addedBits = 0;
+  uint64_t valueBits = 0;
+  forEachTouched(
+      [&](uint64_t& value, const Evidence& evidence)
+      {
+        addedBits |= evidence.occupied | evidence.free;
+        valueBits |= value;
+        value += evidence.occupied | evidence.free << 32;
+      });
+  // Two counts below 2^31 cannot pass 2^32. Else all is taken back: the slow way decides.
+  constexpr uint64_t kTopBits = 0x8000000080000000u;
+  if (addedBits >> 31 == 0 && (valueBits & kTopBits) == 0) return true;
+  forEachTouched([](uint64_t& value, const Evidence& evidence)
+                 { value -= evidence.occupied | evidence.free << 32; });
+  return false;
+}
+
+bool EvidenceBlock::hasEqualOctant(const BlockShape& shape) const
+{
+  const auto branching = static_cast<uint32_t>(shape.branching());
+  const uint64_t octantBits = (uint64_t{1} << branching) - 1;
+  const uint64_t* observed = observedMask();
+  const uint64_t* value = leaves(shape);
+  const auto cells = static_cast<uint32_t>(shape.cellCount());
+  for (uint32_t begin = 0; begin < cells; begin += branching)
+  {
+    const uint64_t octant = observed[begin >> 6] >> (begin & 63) & octantBits;
+    if (octant == octantBits &&
+        std::all_of(value + 1, value + branching, [&](uint64_t v) { return v == *value; }))
+      return true;
+    value += countBits(octant);
+  }
+  return false;
+}
+
+void EvidenceBlock::pack(const BlockShape& shape, const DenseBlock& dense, const OctantMerger& merger)
+{
+  const std::vector<HeldOctant> held = merger ? heldOctants(shape, dense, merger) : std::vector<HeldOctant>{};
+
+  // Every observed cell starts a leaf but those inside an octant that is held once.
+  std::vector<uint64_t> first = dense.observed;
+  for (const HeldOctant& octant : held)
+  {
+    clearBits(first, octant.begin, octant.count);
+    first[octant.begin >> 6] |= uint64_t{1} << (octant.begin & 63);
+  }
+  pruned_ = !held.empty();
+
+  uint64_t largest = 0;
+  std::vector<Evidence> leaves;
+  leaves.reserve(countBits(first.data(), first.size()));
+  auto nextHeld = held.begin();
+  for (size_t word = 0; word < first.size(); ++word)
+  {
+    for (uint64_t rest = first[word]; rest != 0; rest &= rest - 1)
+    {
+      const auto offset = static_cast<uint32_t>(word * 64 + static_cast<size_t>(__builtin_ctzll(rest)));
+      const bool isHeld = nextHeld != held.end() && nextHeld->begin == offset;
+      leaves.push_back(isHeld ? (nextHeld++)->evidence : dense.at(offset));
+      largest |= leaves.back().occupied | leaves.back().free;
+    }
+  }
+  wide_ = largest > kNarrowMax;
+
+  words_.clear();
+  if (leaves.empty())
+  {
+    pruned_ = false;
+    words_.shrink_to_fit();
+    return;
+  }
+  words_.reserve((pruned_ ? 2 : 1) * shape.maskWords() + (wide_ ? 2 : 1) * leaves.size());
+  words_.insert(words_.end(), dense.observed.begin(), dense.observed.end());
+  if (pruned_) words_.insert(words_.end(), first.begin(), first.end());
+  for (const Evidence& evidence : leaves)
+  {
+    if (wide_)
+    {
+      words_.push_back(evidence.occupied);
+      words_.push_back(evidence.free);
+    }
+    else
+    {
+      words_.push_back(evidence.occupied | evidence.free << 32);
+    }
+  }
+}
+
+size_t EvidenceBlock::leafCount(const BlockShape& shape) const
+{
+  return words_.empty() ? 0 : countBits(leafMask(shape), shape.maskWords());
+}
+
+size_t EvidenceBlock::observedCount(const BlockShape& shape) const
+{
+  return words_.empty() ? 0 : countBits(observedMask(), shape.maskWords());
+}
+
+EvidenceBlock EvidenceBlock::fromWords(const BlockShape& shape, bool wide, bool pruned,
+                                       std::vector<uint64_t> words)
+{
+  const auto refuse = [](const char* what)
+  { throw std::runtime_error(std::string("a block of the map is corrupt: ") + what); };
+
+  EvidenceBlock block;
+  block.wide_ = wide;
+  block.pruned_ = pruned;
+  if (words.size() < (pruned ? 2 : 1) * shape.maskWords()) refuse("its masks are cut short");
+  block.words_ = std::move(words);
+  const auto cells = static_cast<uint32_t>(shape.cellCount());
+  if (cells < 64 && (block.observedMask()[0] >> cells || block.leafMask(shape)[0] >> cells))
+    refuse("a mask names cells beyond the block");
+  for (size_t word = 0; word < shape.maskWords(); ++word)
+  {
+    if (block.leafMask(shape)[word] & ~block.observedMask()[word])
+      refuse("a leaf begins at an unobserved cell");
+  }
+  const size_t leafCount = block.leafCount(shape);
+  if (leafCount == 0) refuse("it holds no cell");
+  if (block.words_.size() != (pruned ? 2 : 1) * shape.maskWords() + (wide ? 2 : 1) * leafCount)
+    refuse("the number of its leaves does not fit its masks");
+
+  uint64_t largest = 0;
+  bool empty = false;
+  bool octants = true;
+  uint32_t covered = 0;
+  block.visitLeaves(shape,
+                    [&](uint32_t first, uint32_t count, const Evidence& evidence)
+                    {
+                      largest = std::max({largest, evidence.occupied, evidence.free});
+                      empty = empty || !evidence.any();
+                      uint32_t octant = 1;
+                      while (octant < count) octant *= static_cast<uint32_t>(shape.branching());
+                      octants = octants && octant == count && first % count == 0;
+                      covered += count;
+                    });
+  if (!octants || covered != block.observedCount(shape)) refuse("a leaf is no octant");
+  if (empty) refuse("an observed cell has no evidence");
+  if (wide != (largest > kNarrowMax)) refuse("the width of its counts does not fit their size");
+  if (largest >> 63) refuse("a count passes 2^63");
+  if (pruned && leafCount == block.observedCount(shape)) refuse("it is said to be pruned and is not");
+  return block;
+}
+
+}  // namespace lamap

@@ -1,0 +1,177 @@
+#pragma once
+
+#include <lamap_core/grid/cell.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace lamap
+{
+/// Fractional bits of the fixed-point evidence that cells hold.
+constexpr int kEvidenceFractionBits = 20;
+constexpr double kEvidenceUnit = 1.0 / (1 << kEvidenceFractionBits);
+
+/// Evidence of a cell in units of 2^-20: for BGK Σk·y and Σk·(1−y), without the prior.
+struct Evidence
+{
+  uint64_t occupied = 0;
+  uint64_t free = 0;
+
+  [[nodiscard]] bool any() const { return (occupied | free) != 0; }
+  friend bool operator==(const Evidence& a, const Evidence& b)
+  {
+    return a.occupied == b.occupied && a.free == b.free;
+  }
+};
+
+/** Size of a block and the order of its cells.
+ *
+ * Cells are numbered along the Morton curve, so that an octant (a quadrant in a planar grid) of any level is
+ * one run of numbers. */
+class BlockShape
+{
+ public:
+  /// @param log2Edge of the edge in cells, 1 to 5. A planar block is one cell high.
+  BlockShape(int log2Edge, bool planar);
+
+  [[nodiscard]] int log2Edge() const { return log2Edge_; }
+  [[nodiscard]] int edge() const { return 1 << log2Edge_; }
+  [[nodiscard]] bool planar() const { return planar_; }
+  [[nodiscard]] size_t cellCount() const { return size_t{1} << (log2Edge_ * axes()); }
+  /// 64-bit words of a mask with a bit a cell.
+  [[nodiscard]] size_t maskWords() const { return (cellCount() + 63) / 64; }
+  /// Children of a node: 8, or 4 in a planar grid.
+  [[nodiscard]] size_t branching() const { return size_t{1} << axes(); }
+
+  /// Morton number of a cell in its block.
+  [[nodiscard]] uint32_t offsetOf(const CellIndex& cell) const
+  {
+    const uint32_t mask = static_cast<uint32_t>(edge() - 1);
+    return offsetOfLocal(static_cast<uint32_t>(cell.x) & mask, static_cast<uint32_t>(cell.y) & mask,
+                         planar_ ? 0 : static_cast<uint32_t>(cell.z) & mask);
+  }
+  [[nodiscard]] uint32_t offsetOfLocal(uint32_t x, uint32_t y, uint32_t z) const
+  {
+    return planar_ ? (kSpread2[x] | kSpread2[y] << 1) : (kSpread3[x] | kSpread3[y] << 1 | kSpread3[z] << 2);
+  }
+  /// The inverse: local coordinates of a Morton number.
+  [[nodiscard]] CellIndex localOf(uint32_t offset) const;
+
+  friend bool operator==(const BlockShape& a, const BlockShape& b)
+  {
+    return a.log2Edge_ == b.log2Edge_ && a.planar_ == b.planar_;
+  }
+
+ private:
+  [[nodiscard]] int axes() const { return planar_ ? 2 : 3; }
+  static const uint32_t kSpread2[32];
+  static const uint32_t kSpread3[32];
+
+  int log2Edge_;
+  bool planar_;
+};
+
+/// A block with every cell by itself: what a block is unpacked into to be changed. Indices are Morton
+/// numbers.
+struct DenseBlock
+{
+  explicit DenseBlock(const BlockShape& shape)
+      : observed(shape.maskWords()), occupied(shape.cellCount()), free(shape.cellCount())
+  {
+  }
+  [[nodiscard]] bool isObserved(uint32_t offset) const { return observed[offset >> 6] >> (offset & 63) & 1; }
+  void setObserved(uint32_t offset) { observed[offset >> 6] |= uint64_t{1} << (offset & 63); }
+  [[nodiscard]] Evidence at(uint32_t offset) const { return {occupied[offset], free[offset]}; }
+
+  std::vector<uint64_t> observed;
+  std::vector<uint64_t> occupied;
+  std::vector<uint64_t> free;
+};
+
+/// May the cells of an octant, numbered [first, first + count), be held once, and with which evidence?
+using OctantMerger =
+    std::function<bool(const DenseBlock& block, uint32_t first, uint32_t count, Evidence& merged)>;
+
+/** The test-data octree of one block, packed: a mask of the observed cells, a mask of the leaves' first cells
+ * where octants are held once, and the evidence of each leaf in order; 32 bits a count, 64 where one needs
+ * them. */
+class EvidenceBlock
+{
+ public:
+  /// Zero where the cell has no evidence.
+  [[nodiscard]] Evidence at(const BlockShape& shape, uint32_t offset) const;
+
+  void unpack(const BlockShape& shape, DenseBlock& dense) const;
+
+  /** Adds counts to cells that are all observed already, in a block that is neither pruned nor wide.
+   * @param touched  bit mask of the cells, by Morton number; @param added[offset] read where touched
+   * @return false, with nothing changed, where the block is otherwise or a count might pass 2^32. */
+  bool addInPlace(const BlockShape& shape, const uint64_t* touched, const Evidence* added);
+
+  /// In a block that is neither pruned nor wide: are all cells of some finest octant observed and equal?
+  [[nodiscard]] bool hasEqualOctant(const BlockShape& shape) const;
+
+  /** Packs every cell by itself, then holds octants once from the finest level up.
+   * @param merger decides; empty: no octant is held once. */
+  void pack(const BlockShape& shape, const DenseBlock& dense, const OctantMerger& merger);
+
+  [[nodiscard]] bool wide() const { return wide_; }
+  [[nodiscard]] bool pruned() const { return pruned_; }
+  [[nodiscard]] size_t leafCount(const BlockShape& shape) const;
+  [[nodiscard]] size_t observedCount(const BlockShape& shape) const;
+  [[nodiscard]] size_t memoryBytes() const { return sizeof(*this) + words_.capacity() * sizeof(uint64_t); }
+
+  /// For files: the packed words as they are, and back. The same content gives the same words.
+  [[nodiscard]] const std::vector<uint64_t>& words() const { return words_; }
+  /// @throws std::runtime_error if the words are not what pack() could have made.
+  static EvidenceBlock fromWords(const BlockShape& shape, bool wide, bool pruned,
+                                 std::vector<uint64_t> words);
+
+  /// Calls visit(first cell, number of cells, evidence) for each leaf, in order.
+  template <typename Visitor>
+  void visitLeaves(const BlockShape& shape, Visitor&& visit) const;
+
+ private:
+  [[nodiscard]] const uint64_t* observedMask() const { return words_.data(); }
+  [[nodiscard]] const uint64_t* leafMask(const BlockShape& shape) const
+  {
+    return words_.data() + (pruned_ ? shape.maskWords() : 0);
+  }
+  [[nodiscard]] const uint64_t* leaves(const BlockShape& shape) const
+  {
+    return words_.data() + (pruned_ ? 2 : 1) * shape.maskWords();
+  }
+  /// Number of cells of the leaf that begins there: the largest octant none of whose other cells begins a
+  /// leaf.
+  [[nodiscard]] uint32_t leafCells(const BlockShape& shape, uint32_t begin) const;
+  [[nodiscard]] Evidence leaf(const BlockShape& shape, size_t rank) const
+  {
+    const uint64_t* values = leaves(shape);
+    if (wide_) return {values[2 * rank], values[2 * rank + 1]};
+    return {values[rank] & 0xFFFFFFFFu, values[rank] >> 32};
+  }
+
+  std::vector<uint64_t> words_;  ///< observed mask, leaf mask if pruned, leaves
+  bool wide_ = false;
+  bool pruned_ = false;
+};
+
+template <typename Visitor>
+void EvidenceBlock::visitLeaves(const BlockShape& shape, Visitor&& visit) const
+{
+  if (words_.empty()) return;
+  const uint64_t* first = leafMask(shape);
+  size_t rank = 0;
+  for (size_t word = 0; word < shape.maskWords(); ++word)
+  {
+    for (uint64_t rest = first[word]; rest != 0; rest &= rest - 1)
+    {
+      const auto begin = static_cast<uint32_t>(word * 64 + static_cast<size_t>(__builtin_ctzll(rest)));
+      visit(begin, pruned_ ? leafCells(shape, begin) : 1u, leaf(shape, rank++));
+    }
+  }
+}
+
+}  // namespace lamap

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <lamap_core/grid/cell.h>
+
+namespace lamap
+{
+/// Thesis eq. (4.9).
+struct StateThresholds
+{
+  double free = 0.3;      ///< a cell is free below this P(occupied); in [0, 1], not above `occupied`
+  double occupied = 0.7;  ///< a cell is occupied above this P(occupied); in [0, 1]
+  double variance = 0.0;  ///< cells whose variance is not below are unknown; 0: not looked at
+
+  /// @throws std::invalid_argument naming the first illegal threshold, its value and the legal range.
+  void validate() const;
+};
+
+/// The state of a cell whose variance is small enough. @param prob P(occupied)
+[[nodiscard]] inline CellState stateOf(double prob, const StateThresholds& thresholds)
+{
+  if (prob < thresholds.free) return CellState::Free;
+  return prob > thresholds.occupied ? CellState::Occupied : CellState::Unknown;
+}
+
+}  // namespace lamap

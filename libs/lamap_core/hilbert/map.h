@@ -1,0 +1,168 @@
+#pragma once
+
+#include <lamap_core/features/lattice.h>
+#include <lamap_core/features/nystroem.h>
+#include <lamap_core/features/query.h>
+#include <lamap_core/grid/cell.h>
+#include <lamap_core/hilbert/options.h>
+#include <lamap_core/scan/ray_selection.h>
+#include <lamap_core/scan/scan.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace lamap
+{
+/// All that a HilbertMap has learned, in vectors that are sorted where they have an order: for files.
+struct HilbertState
+{
+  struct Block
+  {
+    BlockIndex index;
+    SiteSet::Bits bits{};                ///< which sites of the block there are
+    std::vector<SitePosterior> weights;  ///< of those sites, in the order of bits
+  };
+  /// Weights of the hits and of the free points at a cell's centre.
+  struct CellPoints
+  {
+    CellIndex cell;
+    float hits = 0;
+    float frees = 0;
+  };
+  /// A training point that stands by itself, [m] in the map.
+  struct Point
+  {
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();
+    float label = 0;
+    float weight = 1;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  };
+
+  std::vector<Block> blocks;              ///< by z, y, x; weights are 0 where features are Nyström's
+  uint64_t sgdSteps = 0;                  ///< done so far
+  std::vector<Eigen::Vector3d> inducing;  ///< of Nyström's features [m]
+  std::vector<float> classifier;          ///< their weights, then the bias
+  std::vector<CellPoints> cells;          ///< `Batch`: by z, y, x
+  std::vector<Point> points;              ///< `Batch`: in the order they came
+};
+
+/** A Hilbert map with one model (thesis 2.4): logistic regression on features of place, P = 1/(1 + e^−f).
+ *
+ * `Incremental`: a lattice fixed to the map has a Gaussian posterior (μ, Λ) for the weight of each feature;
+ * a scan minimizes Σ w·loss + ½ΣΛⱼ(uⱼ − μⱼ)² from μ and then adds Σ w·p(1 − p)·F² to Λ, Laplace's
+ * approximation. Depends on the order of scans by construction.
+ *
+ * Invariants: log-odds are 0 and a cell has no evidence where no feature reaches; for any number of threads
+ * and on any processor the same bits; moving all scans by whole cells that are whole sites moves a map of
+ * compact features, bit by bit where points are farther than 1e-6 m from the faces of cells.
+ * With Nyström's features, evidence is where a site of the lattice that held a training point is no more than
+ * the kernel's support away along each axis.
+ *
+ * Thread guarantee: const methods may be called from several threads as long as nobody changes the map.
+ */
+class HilbertMap
+{
+ public:
+  /// @throws std::invalid_argument as HilbertStructure::validate().
+  explicit HilbertMap(const HilbertStructure& structure = {});
+  HilbertMap(const HilbertMap& other);
+  HilbertMap& operator=(const HilbertMap& other);
+  HilbertMap(HilbertMap&&) noexcept;
+  HilbertMap& operator=(HilbertMap&&) noexcept;
+  ~HilbertMap();
+
+  [[nodiscard]] const HilbertStructure& structure() const { return structure_; }
+
+  /** Learns one scan.
+   * @param uncertainty of its points, in the map's frame; null: none
+   * @param threads how many may work; 0: as many as the machine has. Never changes the result.
+   * @return what became of its rays; nothing is changed if none was usable.
+   * @throws std::invalid_argument as the options' validate(); std::length_error if the scan reaches too many
+   *  cells. */
+  RayCounts insert(const Scan& scan, const HilbertInference& inference,
+                   const HilbertUncertainty* uncertainty = nullptr, unsigned threads = 0);
+
+  void clear();
+  [[nodiscard]] bool empty() const;
+
+  /// `Batch`: whether points were inserted that no model was trained on yet; the next question trains one,
+  /// with the options and the number of threads of the last insertion.
+  [[nodiscard]] bool isStale() const;
+  /// Trains now if it is stale. @throws std::length_error if features would not fit into memory.
+  void train(unsigned threads = 0) const;
+
+  /// Log-odds at a point [m]; nothing where no feature reaches. The height does not matter in a planar map.
+  [[nodiscard]] std::optional<double> logoddsAt(const Eigen::Vector3d& point_map) const;
+  /// Expected log-odds at an uncertain point. @param covariance [m²]
+  [[nodiscard]] std::optional<double> logoddsAt(const Eigen::Vector3d& point_map,
+                                                const Eigen::Matrix3d& covariance) const;
+  /// At the centre of a cell.
+  [[nodiscard]] std::optional<double> logoddsOf(const CellIndex& cell) const;
+  /// At many points, in their order.
+  void logoddsAt(const std::vector<Eigen::Vector3d>& points_map, std::vector<ReachedLogodds>& out) const;
+  /// At the centres of the cells in a box, x fastest, then y, then z. Where cells cannot be addressed:
+  /// nothing.
+  void logoddsOf(const CellIndex& first, const std::array<int, 3>& counts,
+                 std::vector<ReachedLogodds>& out) const;
+
+  using CellVisitor = std::function<void(const CellIndex&, double logodds)>;
+  /// Every cell whose centre a feature reaches, once, in no promised order. @param threads as insert()
+  void visitCells(const CellVisitor& visitor, unsigned threads = 1) const;
+
+  /// First and last cell of a box that holds all cells with evidence; nothing if there is none.
+  [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> cellBounds() const;
+
+  [[nodiscard]] size_t weightCount() const;         ///< features of the model
+  [[nodiscard]] size_t trainingPointCount() const;  ///< kept, `Batch` only
+  [[nodiscard]] size_t memoryBytes() const;
+
+  /// What was learned; trains first if it is stale.
+  [[nodiscard]] HilbertState state() const;
+  /** Takes what another map of the same structure had learned: then the two are equal in all they do.
+   * @throws std::invalid_argument saying what does not fit the structure or is no legal state. */
+  void restore(const HilbertState& state);
+
+  /// The lattice, for statistics.
+  [[nodiscard]] const HilbertLattice<SitePosterior>& lattice() const;
+
+ private:
+  struct Model;
+  struct Workspace;
+
+  void learnOnLattice(const HilbertTrainingSet& set, const HilbertFrame& frame,
+                      const HilbertInference& inference, unsigned threads, Workspace& work) const;
+  void learnOnNystroem(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
+                       unsigned threads, Workspace& work) const;
+  void keepPoints(const HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
+                  unsigned threads);
+  [[nodiscard]] HilbertTrainingSet keptPoints(HilbertFrame& frame) const;
+  [[nodiscard]] std::vector<HilbertState::CellPoints> sortedCells() const;
+  void trainBatch(unsigned threads) const;
+  void addSites(const SiteSet& sites, const HilbertFrame& frame, const SitePosterior& weight) const;
+  void restoreLattice(const HilbertState& state, HilbertLattice<SitePosterior>& lattice) const;
+
+  [[nodiscard]] const Model& trained() const;
+  /// The site that holds a point, and the point's place in it [m].
+  [[nodiscard]] std::optional<std::pair<CellIndex, Eigen::Vector3d>> placeOf(
+      const Eigen::Vector3d& point_map) const;
+  [[nodiscard]] ReachedLogodds answerAt(const CellIndex& anchorSite, const Eigen::Vector3d& place) const;
+  [[nodiscard]] Eigen::Vector3d nystroemPlace(const CellIndex& anchorSite,
+                                              const Eigen::Vector3d& place) const;
+  [[nodiscard]] bool nystroemReaches(const CellIndex& site) const;
+  [[nodiscard]] int reachOfSites() const;
+  /// All cells that sites in a box may reach.
+  [[nodiscard]] std::pair<CellIndex, CellIndex> cellsNear(const CellIndex& low, const CellIndex& high) const;
+  /// Blocks of 8³ cells (8² in a planar map) in which there may be evidence, sorted.
+  [[nodiscard]] std::vector<BlockIndex> cellBlocks() const;
+
+  HilbertStructure structure_;
+  CompactKernel kernel_;
+  std::unique_ptr<Model> model_;
+  std::unique_ptr<Workspace> workspace_;  ///< of insert(), kept between scans
+};
+
+}  // namespace lamap

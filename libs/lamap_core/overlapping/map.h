@@ -1,0 +1,177 @@
+#pragma once
+
+#include <lamap_core/grid/block_grid.h>
+#include <lamap_core/grid/cell.h>
+#include <lamap_core/overlapping/model_index.h>
+#include <lamap_core/overlapping/model_trainer.h>
+#include <lamap_core/overlapping/options.h>
+#include <lamap_core/scan/ray_selection.h>
+#include <lamap_core/scan/scan.h>
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace lamap
+{
+class ModelFusion;
+
+/// Scans that wait for others, to be trained together.
+struct PendingScans
+{
+  ModelPose pose;  ///< of the first of them, the frame of all
+  std::vector<ModelScan> scans;
+};
+
+/** Overlapping Hilbert map (thesis chapter 3): a classifier a scan, fused by log-odds (eq. 3.1, prior 0.5).
+ *
+ * Each model is trained in its sensor's frame and is rigid. It speaks of the cells in its box: of those in
+ * its perceptual field with a weight, of the others with little to say. A cell holds the two sums; the second
+ * is held to a limit and read only where no scan had the cell in its field. Sums are whole numbers of 2^-20.
+ *
+ * Invariants: cells that no model speaks of hold nothing; any order, batching and merging of the same models
+ * gives the same cells (pruning none or lossless), to the byte, for any number of threads; queries at points
+ * read the same two sums from the models themselves, and agree with the cells at their centres.
+ *
+ * Thread guarantee: const methods may be called from several threads as long as nobody changes the map.
+ */
+class OverlappingHilbertMap
+{
+ public:
+  /// @throws std::invalid_argument as OverlappingStructure::validate().
+  explicit OverlappingHilbertMap(const OverlappingStructure& structure = {});
+  OverlappingHilbertMap(const OverlappingHilbertMap& other);
+  OverlappingHilbertMap& operator=(const OverlappingHilbertMap& other);
+  OverlappingHilbertMap(OverlappingHilbertMap&&) noexcept;
+  OverlappingHilbertMap& operator=(OverlappingHilbertMap&&) noexcept;
+  ~OverlappingHilbertMap();
+
+  [[nodiscard]] const OverlappingStructure& structure() const { return structure_; }
+
+  /** Adds one scan (Algorithm 1). With scansPerModel > 1 it waits until so many are there, or trainPending():
+   * until then no cell and no query knows of it.
+   * @param pose of the sensor in the map, the frame that the model is trained in; empty: the axes of the map
+   * at the origin of the first fan. Of scans that wait, the first one's counts.
+   * @param uncertainty of its points, axes and centre in the map; models are trained with the expected kernel
+   * then. Null, or all zero: they are certain.
+   * @param threads how many may work; 0: as many as the machine has. Never changes the result.
+   * @return what became of its rays; nothing is changed if none was usable.
+   * @throws std::invalid_argument as validate() of the options and of the uncertainty, and ModelPose::of();
+   * std::length_error, with nothing changed, if the scan has too many cells or points. A scan that cannot be
+   * trained does not wait either. */
+  RayCounts insert(const Scan& scan, const OverlappingInference& inference,
+                   const std::optional<Eigen::Isometry3d>& pose = std::nullopt,
+                   const HilbertUncertainty* uncertainty = nullptr, unsigned threads = 0);
+
+  /// Trains the scans that wait, now. @return whether there were any
+  bool trainPending(const OverlappingInference& inference, unsigned threads = 0);
+
+  /** Adds all that another map holds, as if its scans had been inserted here after this map's own.
+   * @throws std::invalid_argument if its structure (pruning apart) differs, or if it has scans that wait. */
+  void merge(const OverlappingHilbertMap& other, const StateThresholds& thresholds);
+
+  /// Forgets everything; the structure stays.
+  void clear();
+  /// Neither cells, nor models, nor scans that wait.
+  [[nodiscard]] bool empty() const;
+
+  /// What a cell says; nothing where no model and no addEvidence() spoke of it. `evidence` holds its
+  /// log-odds, and 1 where some scan had it in its field, else 0.
+  [[nodiscard]] std::optional<CellEstimate> cell(const CellIndex& index,
+                                                 const StateThresholds& thresholds) const;
+  /// The same for the cell at a point [m]. In a planar map the height of the point does not matter.
+  [[nodiscard]] std::optional<CellEstimate> at(const Eigen::Vector3d& point_m,
+                                               const StateThresholds& thresholds) const;
+
+  /** The continuous map (thesis 3.3): the models' own answer at a point [m], and what addEvidence() told the
+   * cell that holds it. At the centres of cells the same as cell(), but for pruning by state.
+   * @throws std::logic_error if the map does not keep its models */
+  [[nodiscard]] std::optional<CellEstimate> continuousAt(const Eigen::Vector3d& point_m,
+                                                         const StateThresholds& thresholds) const;
+
+  /** The map at another resolution, from its models; what addEvidence() told cells is left behind.
+   * @throws std::logic_error if the map does not keep its models; std::invalid_argument as validate() */
+  [[nodiscard]] OverlappingHilbertMap resampled(double resolution_m, const StateThresholds& thresholds,
+                                                unsigned threads = 0) const;
+
+  using CellVisitor = std::function<void(const CellIndex&, const CellEstimate&)>;
+  /// Every finest cell that has evidence, once, in no promised order.
+  void visitCells(const StateThresholds& thresholds, const CellVisitor& visitor) const;
+  /// The least and the greatest index of cells with evidence along each axis.
+  [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> extent() const;
+
+  /** Adds log-odds to one cell directly, as seen in a field. Rounded to 2^-20.
+   * @param logodds within ±1000. @throws std::invalid_argument, std::overflow_error */
+  void addEvidence(const CellIndex& index, double logodds, const StateThresholds& thresholds);
+
+  [[nodiscard]] size_t modelCount() const { return models_.size(); }
+  [[nodiscard]] Eigen::Isometry3d modelPose(size_t model) const;
+
+  using MovedModel = std::pair<size_t, Eigen::Isometry3d>;
+  /** Moves models to new poses, e.g. those that a pose graph found; then the cells are those of a map built
+   * with the new poses. Only blocks that a moved model touches are worked out anew.
+   * @throws std::out_of_range, std::invalid_argument as ModelPose::of(); nothing is changed then.
+   * std::logic_error if the map does not keep its models */
+  void setModelPoses(const std::vector<MovedModel>& moved, const StateThresholds& thresholds,
+                     unsigned threads = 0);
+  void setModelPose(size_t model, const Eigen::Isometry3d& pose, const StateThresholds& thresholds,
+                    unsigned threads = 0)
+  {
+    setModelPoses({{model, pose}}, thresholds, threads);
+  }
+
+  // The whole state, for files: structure(), grid(), writtenGrid(), models() and pending().
+  /// The cells' evidence: see LogoddsSums.
+  [[nodiscard]] const BlockGrid& grid() const { return grid_; }
+  [[nodiscard]] BlockGrid& grid() { return grid_; }
+  /// The part of it that came by addEvidence(), never pruned.
+  [[nodiscard]] const BlockGrid& writtenGrid() const { return written_; }
+  [[nodiscard]] BlockGrid& writtenGrid() { return written_; }
+  [[nodiscard]] const std::vector<PlacedModel>& models() const { return models_; }
+  [[nodiscard]] const PendingScans& pending() const { return pending_; }
+  /** Puts models and waiting scans in the place of those there, e.g. from a file; cells stay as they are.
+   * @throws std::runtime_error if they are none that this map could have */
+  void restore(std::vector<PlacedModel> models, PendingScans pending);
+
+  /// The layer of cells of a planar map.
+  [[nodiscard]] int32_t planarLayer() const { return planarLayer_; }
+  /// Of the kept models alone.
+  [[nodiscard]] size_t modelBytes() const;
+  /// Of cells and models.
+  [[nodiscard]] size_t memoryBytes() const;
+
+  /// The same state to the last bit.
+  friend bool operator==(const OverlappingHilbertMap& a, const OverlappingHilbertMap& b);
+
+ private:
+  /// Made when first asked for; a copy makes its own.
+  struct LazyIndex;
+
+  void requireModels(const char* what) const;
+  void dropIndex();
+  [[nodiscard]] const HilbertModelIndex& index() const;
+  [[nodiscard]] OctantRule ruleFor(const StateThresholds& thresholds) const;
+  [[nodiscard]] CellEstimate estimate(const Evidence& evidence, const StateThresholds& thresholds) const;
+  [[nodiscard]] Evidence evidenceAt(const Eigen::Vector3d& point_m, const CellIndex& cell) const;
+  void fuse(const PlacedModel& placed, const StateThresholds& thresholds,
+            const std::vector<BlockIndex>* wanted, unsigned threads);
+  void fuseAnew(const std::vector<BlockIndex>& blocks, const StateThresholds& thresholds, unsigned threads);
+  void addGrid(const BlockGrid& from, BlockGrid& to, const OctantRule& rule) const;
+
+  OverlappingStructure structure_;
+  ModelShape shape_;
+  int32_t planarLayer_ = 0;
+  BlockGrid grid_;
+  BlockGrid written_;
+  std::vector<PlacedModel> models_;
+  PendingScans pending_;
+  std::unique_ptr<LazyIndex> index_;
+  std::unique_ptr<HilbertModelTrainer> trainer_;  ///< working memory, kept between scans
+  std::unique_ptr<ModelFusion> fusion_;
+};
+
+}  // namespace lamap

@@ -1,0 +1,161 @@
+#pragma once
+
+#include <lamap_core/features/site_set.h>
+#include <lamap_core/grid/evidence_block.h>
+#include <lamap_core/overlapping/options.h>
+#include <lamap_core/scan/depth_view.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace lamap
+{
+/** Where a model's frame lies in the map: its origin within an anchor cell, and its axes.
+ *
+ * Moving a model by whole cells changes the anchor alone. In a planar map poses turn about the vertical only
+ * and heights do not matter. */
+struct ModelPose
+{
+  CellIndex anchor;
+  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();      ///< of the origin, from the anchor's lowest corner
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< from the model's frame to the map's
+
+  /** @param pose of the model's frame in the map [m]
+   *  @throws std::invalid_argument unless the pose is finite, its rotation is one and cells can address it */
+  static ModelPose of(const Eigen::Isometry3d& pose, double resolution_m, bool planar);
+  /// Whether of() takes the pose.
+  [[nodiscard]] static bool isLegal(const Eigen::Isometry3d& pose, double resolution_m, bool planar);
+  [[nodiscard]] Eigen::Isometry3d isometry(double resolution_m) const;
+
+  /// @param fromAnchor_m position [m] from the anchor's lowest corner. @return [m] in the model's frame
+  [[nodiscard]] Eigen::Vector3d toModel(const Eigen::Vector3d& fromAnchor_m) const
+  {
+    const Eigen::Vector3d d = fromAnchor_m - offset_m;
+    return turnedBack(d);
+  }
+  /// A vector from the map's axes to the model's, in an order of operations that is always the same.
+  [[nodiscard]] Eigen::Vector3d turnedBack(const Eigen::Vector3d& d) const
+  {
+    const auto along = [&](int axis)
+    { return (rotation(0, axis) * d.x() + rotation(1, axis) * d.y()) + rotation(2, axis) * d.z(); };
+    return {along(0), along(1), along(2)};
+  }
+  /// A position [m] in the model's frame, from the anchor's lowest corner [m].
+  [[nodiscard]] Eigen::Vector3d fromModel(const Eigen::Vector3d& p) const
+  {
+    const auto along = [&](int axis)
+    {
+      return ((rotation(axis, 0) * p.x() + rotation(axis, 1) * p.y()) + rotation(axis, 2) * p.z()) +
+             offset_m[axis];
+    };
+    return {along(0), along(1), along(2)};
+  }
+
+  friend bool operator==(const ModelPose& a, const ModelPose& b)
+  {
+    return a.anchor == b.anchor && a.offset_m == b.offset_m && a.rotation == b.rotation;
+  }
+};
+
+/** What the models of a map have in common. */
+struct ModelShape
+{
+  explicit ModelShape(const OverlappingStructure& structure);
+
+  HilbertFeatures features;
+  double gamma;      ///< [m⁻²]
+  double cutoff;     ///< taken off the kernel; 0: nothing
+  double support_m;  ///< the kernel is (`Nystroem`: all but) 0 from here on
+  double spacing_m;  ///< of the lattice
+  double resolution_m;
+  bool planar;
+  bool speaksOutOfField;  ///< does a model say anything outside of its field?
+
+  [[nodiscard]] bool compact() const { return features == HilbertFeatures::Compact; }
+  /// Height of all positions in the models of a planar map [m].
+  [[nodiscard]] double flatHeight() const { return 0.5 * spacing_m; }
+};
+
+/** One classifier, trained on one scan (or several together), in a frame of its own: P(occupied) by log-odds
+ * f(x) = bias + Σ weight·k(|x − centre|), with the box and the fields of view in which it speaks.
+ *
+ * Plain state; all positions in metres in the model's frame. */
+struct HilbertModel
+{
+  // Compact: sites of a lattice, in blocks of 8³ sorted by z, y, x; a weight for each bit in order, never 0.
+  std::vector<BlockIndex> siteBlocks;
+  std::vector<SiteSet::Bits> siteBits;
+  std::vector<float> siteWeights;
+  // Nyström: inducing points and their weights.
+  std::vector<Eigen::Vector3d> inducing;
+  std::vector<float> kernelWeights;
+  float bias = 0;
+
+  Eigen::Vector3d boxLow = Eigen::Vector3d::Zero();
+  Eigen::Vector3d boxHigh = Eigen::Vector3d::Zero();
+  std::vector<DepthView> views;
+  double fieldWeight = 1;  ///< of log-odds in the field
+  uint32_t scans = 1;      ///< it was trained on
+
+  /// Smallest weight of a site: log-odds of exactly 0 mean that no feature reaches.
+  static constexpr float kSmallestWeight = 0x1p-40f;
+
+  [[nodiscard]] bool inBox(const Eigen::Vector3d& p, bool planar) const
+  {
+    const bool inPlane =
+        p.x() >= boxLow.x() && p.x() <= boxHigh.x() && p.y() >= boxLow.y() && p.y() <= boxHigh.y();
+    return inPlane && (planar || (p.z() >= boxLow.z() && p.z() <= boxHigh.z()));
+  }
+  /// Which of four places are in the field of a view.
+  [[nodiscard]] std::array<bool, 4> inField(const std::array<Eigen::Vector3d, 4>& places) const;
+
+  /// Of each block of sites, the number of its first weight: what a question needs, lest it count all sites.
+  [[nodiscard]] std::vector<uint32_t> firstWeights() const;
+  /// Log-odds at a point; nothing where no feature reaches it. @param first of firstWeights()
+  [[nodiscard]] std::optional<float> logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p,
+                                               const std::vector<uint32_t>& first) const;
+
+  /// Evidence (see LogoddsSums) from log-odds at a place in the box; none where the model does not speak.
+  [[nodiscard]] Evidence evidenceOf(const ModelShape& shape, float logodds, bool inField) const;
+  /// What the model says of a point. @param first of firstWeights()
+  [[nodiscard]] Evidence evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p,
+                                    const std::vector<uint32_t>& first) const;
+
+  /// Calls visit(centre, weight) for each kernel.
+  template <typename Visit>
+  void forEachKernel(const ModelShape& shape, Visit&& visit) const;
+
+  [[nodiscard]] size_t kernelCount() const { return siteWeights.size() + kernelWeights.size(); }
+  [[nodiscard]] size_t memoryBytes() const;
+
+  /// @throws std::runtime_error if it is no model that training could have left, e.g. one from a file.
+  void check(const ModelShape& shape) const;
+
+  friend bool operator==(const HilbertModel& a, const HilbertModel& b);
+};
+
+template <typename Visit>
+void HilbertModel::forEachKernel(const ModelShape& shape, Visit&& visit) const
+{
+  size_t number = 0;
+  for (size_t block = 0; block < siteBlocks.size(); ++block)
+  {
+    const BlockIndex& index = siteBlocks[block];
+    for (int z = 0; z < kScanBlockEdge; ++z)
+      for (uint64_t rest = siteBits[block][static_cast<size_t>(z)]; rest != 0; rest &= rest - 1)
+      {
+        const int bit = __builtin_ctzll(rest);
+        visit(Eigen::Vector3d((index.x * kScanBlockEdge + bit % kScanBlockEdge + 0.5) * shape.spacing_m,
+                              (index.y * kScanBlockEdge + bit / kScanBlockEdge + 0.5) * shape.spacing_m,
+                              (index.z * kScanBlockEdge + z + 0.5) * shape.spacing_m),
+              siteWeights[number++]);
+      }
+  }
+  for (size_t k = 0; k < inducing.size(); ++k) visit(inducing[k], kernelWeights[k]);
+}
+
+}  // namespace lamap

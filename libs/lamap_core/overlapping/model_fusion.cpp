@@ -1,0 +1,410 @@
+#include <lamap_core/overlapping/model_fusion.h>
+
+#include <lamap_core/math/portable_math_four.h>
+#include <lamap_core/overlapping/logodds_evidence.h>
+#include <tbb/enumerable_thread_specific.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+namespace lamap
+{
+namespace
+{
+using Four = Eigen::Array4f;
+constexpr int kEdge = kScanBlockEdge;
+
+/// Calls visit(tile) for the tiles from one to another.
+template <typename Visit>
+void forEachTile(const BlockIndex& low, const BlockIndex& high, Visit&& visit)
+{
+  for (int32_t z = low.z; z <= high.z; ++z)
+    for (int32_t y = low.y; y <= high.y; ++y)
+      for (int32_t x = low.x; x <= high.x; ++x) visit(BlockIndex{x, y, z});
+}
+
+bool fewEnough(const BlockIndex& low, const BlockIndex& high)
+{
+  const auto along = [](int32_t from, int32_t to) { return static_cast<double>(to) - from + 1; };
+  return along(low.x, high.x) * along(low.y, high.y) * along(low.z, high.z) <= ScanBlocks::kMaxBlocks;
+}
+
+}  // namespace
+
+/// Log-odds of the cells of a tile, x fastest, then y, then z.
+class ModelFusion::Tile
+{
+ public:
+  explicit Tile(const ModelFusion& fusion)
+      : fusion_(fusion), threshold_(std::max(static_cast<float>(fusion.shape_.cutoff), kNothing))
+  {
+  }
+
+  void sum(size_t number)
+  {
+    const bool compact = fusion_.shape_.compact();
+    logodds_.fill(compact ? kUnreached : fusion_.model_->bias);
+    tile_ = fusion_.tiles_.blocks()[number];
+    const CellIndex corner = fusion_.firstCellOf(tile_);
+    const CellIndex& anchor = fusion_.pose_.anchor;
+    first_ = {corner.x - anchor.x, corner.y - anchor.y, corner.z - anchor.z};
+    const uint32_t begin = number == 0 ? 0 : fusion_.sourceEnds_[number - 1];
+    for (uint32_t i = begin; i < fusion_.sourceEnds_[number]; ++i)
+      add(fusion_.sources_[fusion_.tileSources_[i]]);
+  }
+
+  /// Calls visit(x, y, z, evidence) for the cells of which the model says something.
+  template <typename Visit>
+  void forEachEvidence(Visit&& visit) const
+  {
+    for (int z = 0; z < layers(); ++z)
+      for (int y = 0; y < kEdge; ++y)
+        for (int x = 0; x < kEdge; x += 4) visitFour(x, y, z, visit);
+  }
+
+ private:
+  /// What stays where nothing is added; all that is added is so much larger that it replaces this.
+  static constexpr float kUnreached = 0x1p-100f;
+  static constexpr float kNothing = 1e-9f;
+
+  static constexpr float kOne = 1.0f;
+
+  [[nodiscard]] int layers() const { return fusion_.shape_.planar ? 1 : kEdge; }
+  [[nodiscard]] const float* factorsOf(const Source& source, size_t axis, int32_t tile) const
+  {
+    return fusion_.factors_.data() + source.factors[axis] + static_cast<size_t>(tile) * kEdge;
+  }
+
+  template <typename Visit>
+  void visitFour(int x, int y, int z, Visit&& visit) const
+  {
+    const ModelShape& shape = fusion_.shape_;
+    const HilbertModel& model = *fusion_.model_;
+    const float* logodds = logodds_.data() + (z * kEdge + y) * kEdge + x;
+    std::array<Eigen::Vector3d, 4> places;
+    std::array<bool, 4> speaks{};
+    for (size_t i = 0; i < 4; ++i)
+    {
+      const Eigen::Vector3d centre_cells(first_[0] + x + static_cast<int>(i) + 0.5, first_[1] + y + 0.5,
+                                         shape.planar ? 0.0 : first_[2] + z + 0.5);
+      places[i] = fusion_.pose_.toModel(centre_cells * shape.resolution_m);
+      if (shape.planar) places[i].z() = shape.flatHeight();
+      speaks[i] = (!shape.compact() || logodds[i] != kUnreached) && model.inBox(places[i], shape.planar);
+    }
+    if (!(speaks[0] || speaks[1] || speaks[2] || speaks[3])) return;
+    const std::array<bool, 4> inField = model.inField(places);
+    for (size_t i = 0; i < 4; ++i)
+    {
+      if (!speaks[i]) continue;
+      const Evidence evidence = model.evidenceOf(shape, logodds[i], inField[i]);
+      if (evidence.any()) visit(x + static_cast<int>(i), y, z, evidence);
+    }
+  }
+
+  void add(const Source& source)
+  {
+    const float* alongX = factorsOf(source, 0, tile_.x - source.firstTile.x);
+    const float* alongY = factorsOf(source, 1, tile_.y - source.firstTile.y);
+    const float* alongZ = fusion_.shape_.planar ? &kOne : factorsOf(source, 2, tile_.z - source.firstTile.z);
+    const Four low = Eigen::Map<const Four>(alongX);
+    const Four high = Eigen::Map<const Four>(alongX + 4);
+    const Four cutoff = Four::Constant(static_cast<float>(fusion_.shape_.cutoff));
+    const Four zero = Four::Zero();
+    const float largestX = *std::max_element(alongX, alongX + kEdge);
+    const auto addHalf = [&](const Four& factors, float yz, float* sums)
+    {
+      const Four product = yz * factors;
+      const Four kernel = (product - cutoff).max(zero);
+      const Four term = source.weight * kernel;
+      Eigen::Map<Four> held(sums);
+      held += term;
+    };
+    for (int z = 0; z < layers(); ++z)
+      for (int y = 0; y < kEdge; ++y)
+      {
+        const float yz = alongY[y] * alongZ[z];
+        if (!(yz * largestX > threshold_)) continue;
+        float* sums = logodds_.data() + (z * kEdge + y) * kEdge;
+        addHalf(low, yz, sums);
+        addHalf(high, yz, sums + 4);
+      }
+  }
+
+  const ModelFusion& fusion_;
+  float threshold_;
+  BlockIndex tile_;
+  std::array<int32_t, 3> first_{};  ///< cell of the tile, from the anchor
+  alignas(16) std::array<float, kScanBlockCells> logodds_;
+};
+
+/// Working memory of one thread.
+struct ModelFusion::Worker
+{
+  Worker(const ModelFusion& fusion, const BlockShape& shape) : tile(fusion), adder(shape) {}
+  Tile tile;
+  LogoddsAdder adder;
+};
+
+CellIndex ModelFusion::firstCellOf(const BlockIndex& tile) const
+{
+  return {tile.x * kEdge, tile.y * kEdge, shape_.planar ? tile.z : tile.z * kEdge};
+}
+
+void ModelFusion::choose(const HilbertModel& model, const ModelPose& pose, const BlockShape& blockShape,
+                         const Workers& workers)
+{
+  model_ = &model;
+  pose_ = pose;
+  findWindow();
+  listSources();
+  constexpr size_t kAtOnce = 256;
+  workers.forEach((sources_.size() + kAtOnce - 1) / kAtOnce,
+                  [&](size_t part)
+                  {
+                    const size_t end = std::min(sources_.size(), (part + 1) * kAtOnce);
+                    for (size_t i = part * kAtOnce; i < end; ++i) findFactors(sources_[i]);
+                  });
+  listTiles();
+  listGroups(blockShape);
+}
+
+/// The tiles around the box, as it lies in the grid.
+void ModelFusion::findWindow()
+{
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300);
+  Eigen::Vector3d high = -low;
+  for (int corner = 0; corner < 8; ++corner)
+  {
+    const auto along = [&](int axis)
+    { return (corner >> axis & 1) != 0 ? model_->boxHigh[axis] : model_->boxLow[axis]; };
+    const Eigen::Vector3d at =
+        pose_.fromModel(Eigen::Vector3d(along(0), along(1), along(2))) / shape_.resolution_m;
+    low = low.cwiseMin(at);
+    high = high.cwiseMax(at);
+  }
+  const auto tileAt = [](int32_t anchor, double cell)
+  { return (static_cast<int32_t>(cell) + anchor) >> kScanBlockLog2Edge; };
+  const CellIndex& anchor = pose_.anchor;
+  low_ = {tileAt(anchor.x, std::floor(low.x()) - 1), tileAt(anchor.y, std::floor(low.y()) - 1),
+          shape_.planar ? layer_ : tileAt(anchor.z, std::floor(low.z()) - 1)};
+  high_ = {tileAt(anchor.x, std::ceil(high.x()) + 1), tileAt(anchor.y, std::ceil(high.y()) + 1),
+           shape_.planar ? layer_ : tileAt(anchor.z, std::ceil(high.z()) + 1)};
+}
+
+void ModelFusion::listSources()
+{
+  const double reach = shape_.support_m / shape_.resolution_m;
+  const auto tileAt = [](int32_t anchor, double cell)
+  { return (static_cast<int32_t>(cell) + anchor) >> kScanBlockLog2Edge; };
+  const CellIndex& anchor = pose_.anchor;
+  sources_.clear();
+  sources_.reserve(model_->kernelCount());
+  size_t factors = 0;
+  model_->forEachKernel(
+      shape_,
+      [&](const Eigen::Vector3d& centre, float weight)
+      {
+        Source source{pose_.fromModel(centre) / shape_.resolution_m, weight, low_, high_, {}};
+        const Eigen::Vector3d& c = source.centre_cells;
+        // Cells whose centres lie within the reach.
+        const auto first = [&](int axis) { return std::ceil(c[axis] - reach - 0.5); };
+        const auto last = [&](int axis) { return std::floor(c[axis] + reach - 0.5); };
+        source.firstTile.x = std::max(low_.x, tileAt(anchor.x, first(0)));
+        source.firstTile.y = std::max(low_.y, tileAt(anchor.y, first(1)));
+        source.lastTile.x = std::min(high_.x, tileAt(anchor.x, last(0)));
+        source.lastTile.y = std::min(high_.y, tileAt(anchor.y, last(1)));
+        if (!shape_.planar)
+        {
+          source.firstTile.z = std::max(low_.z, tileAt(anchor.z, first(2)));
+          source.lastTile.z = std::min(high_.z, tileAt(anchor.z, last(2)));
+        }
+        const std::array<int32_t, 3> tiles{source.lastTile.x - source.firstTile.x + 1,
+                                           source.lastTile.y - source.firstTile.y + 1,
+                                           source.lastTile.z - source.firstTile.z + 1};
+        if (*std::min_element(tiles.begin(), tiles.end()) <= 0) return;
+        for (size_t axis = 0; axis < 3; ++axis)
+        {
+          source.factors[axis] = factors;
+          factors += static_cast<size_t>(tiles[axis]) * kEdge;
+        }
+        sources_.push_back(source);
+      });
+  factors_.resize(factors);
+}
+
+/// exp(−γd²) at the cells of its tiles along each axis; where that is not above the cutoff it may be 0.
+void ModelFusion::findFactors(Source& source)
+{
+  const auto alongAxis = [&](size_t axis, int32_t firstTile, int32_t lastTile, int32_t anchor)
+  {
+    const double first = firstTile * kEdge - anchor + 0.5 - source.centre_cells[static_cast<int>(axis)];
+    const auto start = static_cast<float>(first * shape_.resolution_m);
+    const auto step = static_cast<float>(shape_.resolution_m);
+    const auto gamma = static_cast<float>(-shape_.gamma);
+    const int count = (lastTile - firstTile + 1) * kEdge;
+    float* factors = factors_.data() + source.factors[axis];
+    for (int i = 0; i < count; ++i)
+    {
+      const float d = start + static_cast<float>(i) * step;
+      factors[i] = gamma * (d * d);
+    }
+    for (int i = 0; i < count; i += 4)
+    {
+      Eigen::Map<Four> four(factors + i);
+      four = portableExp(Four(four));
+    }
+  };
+  const CellIndex& anchor = pose_.anchor;
+  alongAxis(0, source.firstTile.x, source.lastTile.x, anchor.x);
+  alongAxis(1, source.firstTile.y, source.lastTile.y, anchor.y);
+  if (!shape_.planar) alongAxis(2, source.firstTile.z, source.lastTile.z, anchor.z);
+}
+
+void ModelFusion::listTiles()
+{
+  tiles_.reset(low_, high_);
+  // A bias is said everywhere in the box.
+  if (!shape_.compact() && !fewEnough(low_, high_))
+    throw std::length_error(
+        "the box of a scan's training points has more than 4 million blocks of 8 cells an edge: set "
+        "maxRange, "
+        "boxQuantile or a larger resolution");
+  if (!shape_.compact())
+    forEachTile(low_, high_, [&](const BlockIndex& tile) { (void)tiles_.findOrAdd(tile); });
+  // Counted, then sorted into each tile's part, in the order of the sources.
+  sourceEnds_.assign(tiles_.blocks().size(), 0);
+  for (const Source& source : sources_)
+    forEachTile(source.firstTile, source.lastTile,
+                [&](const BlockIndex& tile)
+                {
+                  const auto number = static_cast<size_t>(tiles_.findOrAdd(tile));
+                  if (number >= sourceEnds_.size()) sourceEnds_.resize(number + 1, 0);
+                  ++sourceEnds_[number];
+                });
+  uint32_t total = 0;
+  for (uint32_t& end : sourceEnds_)
+  {
+    const uint32_t count = end;
+    end = total;
+    total += count;
+  }
+  tileSources_.resize(total);
+  for (uint32_t i = 0; i < sources_.size(); ++i)
+    forEachTile(sources_[i].firstTile, sources_[i].lastTile,
+                [&](const BlockIndex& tile)
+                { tileSources_[sourceEnds_[static_cast<size_t>(tiles_.find(tile))]++] = i; });
+}
+
+void ModelFusion::listGroups(const BlockShape& blockShape)
+{
+  const int log2Group = std::max(0, blockShape.log2Edge() - kScanBlockLog2Edge);
+  const std::vector<BlockIndex>& tiles = tiles_.blocks();
+  const auto groupOf = [&](uint32_t tile)
+  {
+    const BlockIndex& index = tiles[tile];
+    return BlockIndex{index.x >> log2Group, index.y >> log2Group,
+                      shape_.planar ? index.z : index.z >> log2Group};
+  };
+  order_.resize(tiles.size());
+  std::iota(order_.begin(), order_.end(), 0u);
+  std::sort(order_.begin(), order_.end(),
+            [&](uint32_t a, uint32_t b)
+            {
+              const BlockIndex groupA = groupOf(a);
+              const BlockIndex groupB = groupOf(b);
+              return groupA == groupB ? tiles[a] < tiles[b] : groupA < groupB;
+            });
+  groups_.clear();
+  for (uint32_t i = 0; i < order_.size(); ++i)
+  {
+    const BlockIndex place = groupOf(order_[i]);
+    if (groups_.empty() || !(groups_.back().place == place)) groups_.push_back({place, i, i});
+    groups_.back().end = i + 1;
+  }
+
+  mapBlocks_.clear();
+  const int perGroup = 1 << std::max(0, kScanBlockLog2Edge - blockShape.log2Edge());
+  for (const Group& group : groups_)
+    for (int z = 0; z < (shape_.planar ? 1 : perGroup); ++z)
+      for (int y = 0; y < perGroup; ++y)
+        for (int x = 0; x < perGroup; ++x)
+          mapBlocks_.push_back({group.place.x * perGroup + x, group.place.y * perGroup + y,
+                                shape_.planar ? group.place.z : group.place.z * perGroup + z});
+  std::sort(mapBlocks_.begin(), mapBlocks_.end());
+}
+
+void ModelFusion::addTo(BlockGrid& grid, const RuleForBlock& ruleFor, const std::vector<BlockIndex>* wanted,
+                        const Workers& workers)
+{
+  // Blocks are made beforehand, so that threads find them; those that stay empty go again.
+  const auto isWanted = [&](const BlockIndex& block)
+  { return wanted == nullptr || std::binary_search(wanted->begin(), wanted->end(), block); };
+  for (const BlockIndex& block : mapBlocks_)
+    if (isWanted(block)) (void)grid.findOrCreate(block);
+  {
+    tbb::enumerable_thread_specific<Worker> own([&] { return Worker(*this, grid.shape()); });
+    workers.forEach(groups_.size(),
+                    [&](size_t group) { addGroup(groups_[group], own.local(), grid, ruleFor, wanted); });
+  }
+  for (const BlockIndex& block : mapBlocks_)
+  {
+    const EvidenceBlock* held = grid.find(block);
+    if (held != nullptr && held->words().empty()) grid.erase(block);
+  }
+}
+
+void ModelFusion::addGroup(const Group& group, Worker& worker, BlockGrid& grid, const RuleForBlock& ruleFor,
+                           const std::vector<BlockIndex>* wanted) const
+{
+  const BlockShape& shape = grid.shape();
+  LogoddsAdder& adder = worker.adder;
+  const auto finish = [&](const BlockIndex& block)
+  {
+    if (adder.any()) adder.addTo(*grid.find(block), ruleFor(block));
+    adder.clear();
+  };
+  const auto isWanted = [&](const BlockIndex& block)
+  { return wanted == nullptr || std::binary_search(wanted->begin(), wanted->end(), block); };
+
+  adder.clear();
+  const bool holdsGroup = shape.edge() >= kEdge;
+  if (holdsGroup && !isWanted(group.place)) return;
+  for (uint32_t i = group.begin; i < group.end; ++i)
+  {
+    const size_t number = order_[i];
+    const CellIndex corner = firstCellOf(tiles_.blocks()[number]);
+    worker.tile.sum(number);
+    if (holdsGroup)
+    {
+      worker.tile.forEachEvidence(
+          [&](int x, int y, int z, const Evidence& evidence) {
+            adder.set(shape.offsetOf({corner.x + x, corner.y + y, corner.z + z}), evidence);
+          });
+      continue;
+    }
+    // Several blocks of the map in one tile: the cells of one after the other.
+    std::vector<std::pair<BlockIndex, std::pair<uint32_t, Evidence>>> cells;
+    worker.tile.forEachEvidence(
+        [&](int x, int y, int z, const Evidence& evidence)
+        {
+          const CellIndex cell{corner.x + x, corner.y + y, corner.z + z};
+          cells.push_back({grid.blockOf(cell), {shape.offsetOf(cell), evidence}});
+        });
+    std::stable_sort(cells.begin(), cells.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (size_t c = 0; c < cells.size(); ++c)
+    {
+      adder.set(cells[c].second.first, cells[c].second.second);
+      const bool isLast = c + 1 == cells.size() || !(cells[c + 1].first == cells[c].first);
+      if (!isLast) continue;
+      if (!isWanted(cells[c].first)) adder.clear();
+      finish(cells[c].first);
+    }
+  }
+  if (holdsGroup) finish(group.place);
+}
+
+}  // namespace lamap

@@ -1,0 +1,102 @@
+#include <lamap_core/overlapping/model_index.h>
+
+#include <nanoflann.hpp>
+
+#include <algorithm>
+
+namespace lamap
+{
+namespace
+{
+/// What nanoflann reads.
+struct Centres
+{
+  std::vector<Eigen::Vector3d> points;
+
+  [[nodiscard]] size_t kdtree_get_point_count() const { return points.size(); }
+  [[nodiscard]] double kdtree_get_pt(size_t index, size_t axis) const
+  {
+    return points[index][static_cast<int>(axis)];
+  }
+  template <typename Box>
+  bool kdtree_get_bbox(Box& /*box*/) const
+  {
+    return false;
+  }
+};
+
+/// Hands on each point found, instead of collecting them.
+class Visitor
+{
+ public:
+  using DistanceType = double;
+  Visitor(double radius_m, const std::function<void(size_t)>& visit)
+      : squaredRadius_(radius_m * radius_m), visit_(visit)
+  {
+  }
+  [[nodiscard]] static bool full() { return true; }
+  bool addPoint(double squaredDistance, size_t index)
+  {
+    if (squaredDistance < squaredRadius_) visit_(index);
+    return true;
+  }
+  [[nodiscard]] double worstDist() const { return squaredRadius_; }
+
+ private:
+  double squaredRadius_;
+  const std::function<void(size_t)>& visit_;
+};
+
+}  // namespace
+
+struct HilbertModelIndex::Tree
+{
+  using KdTree =
+      nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Centres>, Centres, 3, size_t>;
+  Centres centres;
+  double radius_m = 0;
+  bool planar = false;
+  std::vector<std::vector<uint32_t>> firstWeights;  ///< of each model
+  std::unique_ptr<KdTree> kdTree;
+};
+
+HilbertModelIndex::HilbertModelIndex(const std::vector<PlacedModel>& models, const ModelShape& shape)
+    : tree_(std::make_unique<Tree>())
+{
+  tree_->planar = shape.planar;
+  double radius_m = 0;
+  for (const auto& [pose, model] : models)
+  {
+    Eigen::Vector3d centre = 0.5 * (model->boxLow + model->boxHigh);
+    Eigen::Vector3d half = 0.5 * (model->boxHigh - model->boxLow);
+    if (shape.planar) half.z() = centre.z() = 0;
+    radius_m = std::max(radius_m, half.norm());
+    centre = pose.isometry(shape.resolution_m) * centre;
+    if (shape.planar) centre.z() = 0;
+    tree_->centres.points.push_back(centre);
+    tree_->firstWeights.push_back(model->firstWeights());
+  }
+  // Far from the map's origin a millimetre is what rounding may take.
+  tree_->radius_m = radius_m * (1 + 1e-6) + 1e-3;
+  if (!models.empty()) tree_->kdTree = std::make_unique<Tree::KdTree>(3, tree_->centres);
+  if (tree_->kdTree) tree_->kdTree->buildIndex();
+}
+
+HilbertModelIndex::~HilbertModelIndex() = default;
+
+const std::vector<uint32_t>& HilbertModelIndex::firstWeightsOf(size_t model) const
+{
+  return tree_->firstWeights[model];
+}
+
+void HilbertModelIndex::forEachNear(const Eigen::Vector3d& point_map,
+                                    const std::function<void(size_t)>& visit) const
+{
+  if (!tree_->kdTree) return;
+  Eigen::Vector3d point = point_map;
+  if (tree_->planar) point.z() = 0;
+  Visitor visitor(tree_->radius_m, visit);
+  tree_->kdTree->findNeighbors(visitor, point.data(), nanoflann::SearchParams());
+}
+
+}  // namespace lamap

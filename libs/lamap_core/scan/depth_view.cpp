@@ -1,0 +1,185 @@
+#include <lamap_core/scan/depth_view.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+
+namespace lamap
+{
+namespace
+{
+using Four = Eigen::Array4f;
+constexpr double kPi = 3.141592653589793;
+
+/// Angles of (x, y) from the x axis, in [−π, π], error below 1e-5 rad; 0 for the origin. From additions,
+/// multiplications and divisions alone, each rounded by itself.
+Four anglesOf(const Four& y, const Four& x)
+{
+  constexpr auto kPiF = static_cast<float>(kPi);
+  const Four ax = x.abs();
+  const Four ay = y.abs();
+  const Four larger = ax.max(ay).max(1e-30f);
+  const Four z = ax.min(ay) / larger;
+  const Four s = z * z;
+  Four sum = Four::Constant(-0.01172120f);
+  for (const float term : {0.05265332f, -0.11643287f, 0.19354346f, -0.33262347f, 0.99997726f})
+  {
+    const Four product = sum * s;
+    sum = product + term;
+  }
+  Four angle = sum * z;
+  for (int i = 0; i < 4; ++i)
+  {
+    if (ay[i] > ax[i]) angle[i] = 0.5f * kPiF - angle[i];
+    if (x[i] < 0) angle[i] = kPiF - angle[i];
+    if (y[i] < 0) angle[i] = -angle[i];
+  }
+  return angle;
+}
+
+auto fieldsOf(const DepthView::Image& i)
+{
+  return std::tie(i.sensor.x(), i.sensor.y(), i.sensor.z(), i.rangeMax_m, i.rules.near_m, i.rules.depth_m,
+                  i.rules.angle_deg, i.planar, i.firstRow, i.firstColumn, i.rows, i.columns, i.depths_m);
+}
+
+}  // namespace
+
+bool operator==(const DepthView::Image& a, const DepthView::Image& b)
+{
+  return fieldsOf(a) == fieldsOf(b);
+}
+
+DepthView::DepthView(const Eigen::Vector3d& sensor, double rangeMax_m, const FieldRules& rules, bool planar)
+{
+  image_.sensor = sensor;
+  image_.rangeMax_m = rangeMax_m;
+  image_.rules = rules;
+  image_.planar = planar;
+  countBins();
+  image_.rows = allRows_;
+  image_.columns = allColumns_;
+  image_.depths_m.assign(size_t{allRows_} * allColumns_, 0.0f);
+}
+
+void DepthView::countBins()
+{
+  allColumns_ = static_cast<uint32_t>(std::ceil(360.0 / image_.rules.angle_deg));
+  allRows_ = image_.planar ? 1 : static_cast<uint32_t>(std::ceil(180.0 / image_.rules.angle_deg));
+}
+
+DepthView::Bins DepthView::binsOf(const Four& x, const Four& y, const Four& z) const
+{
+  const auto binsPerRadian = static_cast<float>(180.0 / kPi / image_.rules.angle_deg);
+  constexpr auto kPiF = static_cast<float>(kPi);
+  Bins bins;
+  bins.columns = (anglesOf(y, x) + kPiF) * binsPerRadian;
+  bins.rows = Four::Zero();
+  if (image_.planar) return bins;
+  const Four xx = x * x;
+  const Four yy = y * y;
+  const Four across = (xx + yy).sqrt();
+  bins.rows = (anglesOf(z, across) + 0.5f * kPiF).max(0.0f) * binsPerRadian;
+  return bins;
+}
+
+void DepthView::addRay(const Eigen::Vector3d& fromSensor)
+{
+  Eigen::Vector3d ray = fromSensor;
+  if (image_.planar) ray.z() = 0;
+  const Bins bins =
+      binsOf(Four::Constant(static_cast<float>(ray.x())), Four::Constant(static_cast<float>(ray.y())),
+             Four::Constant(static_cast<float>(ray.z())));
+  float& depth = image_.depths_m[size_t{rowOf(bins.rows[0])} * allColumns_ + columnOf(bins.columns[0])];
+  depth = std::max(depth, static_cast<float>(std::sqrt(ray.squaredNorm())));
+}
+
+void DepthView::finish()
+{
+  Image cut = image_;
+  uint32_t lowRow = allRows_;
+  uint32_t highRow = 0;
+  uint32_t lowColumn = allColumns_;
+  uint32_t highColumn = 0;
+  for (uint32_t row = 0; row < allRows_; ++row)
+    for (uint32_t column = 0; column < allColumns_; ++column)
+    {
+      if (!(image_.depths_m[size_t{row} * allColumns_ + column] > 0)) continue;
+      lowRow = std::min(lowRow, row);
+      highRow = std::max(highRow, row);
+      lowColumn = std::min(lowColumn, column);
+      highColumn = std::max(highColumn, column);
+    }
+  cut.depths_m.clear();
+  const bool any = lowRow < allRows_;
+  cut.firstRow = any ? lowRow : 0;
+  cut.firstColumn = any ? lowColumn : 0;
+  cut.rows = any ? highRow - lowRow + 1 : 0;
+  cut.columns = any ? highColumn - lowColumn + 1 : 0;
+  cut.depths_m.reserve(size_t{cut.rows} * cut.columns);
+  for (uint32_t row = 0; row < cut.rows; ++row)
+  {
+    const float* from = image_.depths_m.data() + size_t{cut.firstRow + row} * allColumns_ + cut.firstColumn;
+    cut.depths_m.insert(cut.depths_m.end(), from, from + cut.columns);
+  }
+  image_ = std::move(cut);
+}
+
+void DepthView::addContained(const std::array<Eigen::Vector3d, 4>& places,
+                             std::array<bool, 4>& contained) const
+{
+  Four x;
+  Four y;
+  Four z;
+  for (size_t i = 0; i < 4; ++i)
+  {
+    const auto lane = static_cast<int>(i);
+    x[lane] = static_cast<float>(places[i].x() - image_.sensor.x());
+    y[lane] = static_cast<float>(places[i].y() - image_.sensor.y());
+    z[lane] = image_.planar ? 0.0f : static_cast<float>(places[i].z() - image_.sensor.z());
+  }
+  const Four xx = x * x;
+  const Four yy = y * y;
+  const Four zz = z * z;
+  const Four ranges = ((xx + yy) + zz).sqrt();
+  const Bins bins = binsOf(x, y, z);
+  for (int i = 0; i < 4; ++i)
+  {
+    const auto range = static_cast<double>(ranges[i]);
+    if (range > image_.rangeMax_m) continue;
+    bool& inside = contained[static_cast<size_t>(i)];
+    inside = inside || range <= image_.rules.near_m;
+    const uint32_t row = rowOf(bins.rows[i]) - image_.firstRow;
+    const uint32_t column = columnOf(bins.columns[i]) - image_.firstColumn;
+    if (inside || row >= image_.rows || column >= image_.columns) continue;
+    const float depth = image_.depths_m[size_t{row} * image_.columns + column];
+    inside = depth > 0 && range <= static_cast<double>(depth) + image_.rules.depth_m;
+  }
+}
+
+DepthView DepthView::fromImage(Image image)
+{
+  const auto refuse = [](const char* what)
+  { throw std::runtime_error(std::string("a depth image of the map is corrupt: ") + what); };
+  const FieldRules& rules = image.rules;
+  if (!image.sensor.allFinite()) refuse("its sensor is nowhere");
+  if (!(image.rangeMax_m > 0)) refuse("its range is not positive");
+  if (!(rules.near_m >= 0) || !(rules.depth_m >= 0) || !(rules.angle_deg >= 0.1 && rules.angle_deg <= 90))
+    refuse("its rules are not legal");
+  DepthView view;
+  view.image_ = std::move(image);
+  view.countBins();
+  const Image& held = view.image_;
+  if (held.rows > view.allRows_ || held.firstRow > view.allRows_ - held.rows ||
+      held.columns > view.allColumns_ || held.firstColumn > view.allColumns_ - held.columns)
+    refuse("it is larger than its bins");
+  if (held.depths_m.size() != size_t{held.rows} * held.columns) refuse("its size does not fit its depths");
+  if (!std::all_of(held.depths_m.begin(), held.depths_m.end(),
+                   [](float depth) { return depth >= 0 && std::isfinite(depth); }))
+    refuse("a depth is none");
+  return view;
+}
+
+}  // namespace lamap

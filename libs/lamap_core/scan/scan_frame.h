@@ -1,0 +1,74 @@
+#pragma once
+
+#include <lamap_core/grid/cell.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+
+namespace lamap
+{
+/** A frame whose unit is one cell and whose origin is the lowest corner of an anchor cell near the sensor.
+ *
+ * Positions in it are small numbers, so that arithmetic is the same wherever on the map a scan was taken:
+ * moving scan and sensor by whole cells changes no bit of them. In a planar map all positions lie in the
+ * middle of the layer. */
+class ScanFrame
+{
+ public:
+  /// Cells farther than this from the anchor are outside.
+  static constexpr double kReach_cells = 1 << 17;
+
+  ScanFrame(double resolution_m, const CellIndex& anchor, bool planar)
+      : resolution_m_(resolution_m), anchor_(anchor), planar_(planar)
+  {
+  }
+
+  [[nodiscard]] const CellIndex& anchor() const { return anchor_; }
+
+  /// @param point_map [m]. @return [cells]; nothing where it is outside.
+  [[nodiscard]] std::optional<Eigen::Vector3d> toLocal(const Eigen::Vector3d& point_map) const
+  {
+    Eigen::Vector3d local;
+    const std::array<int32_t, 3> anchor = {anchor_.x, anchor_.y, anchor_.z};
+    const int axes = planar_ ? 2 : 3;
+    for (int axis = 0; axis < axes; ++axis)
+    {
+      const double inCells = point_map[axis] / resolution_m_;
+      const double cell = std::floor(inCells);
+      const double fromAnchor = cell - anchor[static_cast<size_t>(axis)];
+      if (!(std::abs(fromAnchor) < kReach_cells)) return std::nullopt;
+      // Just below a cell's upper face the fraction may round to 1, which would be the next cell.
+      constexpr double kBelowOne = 1.0 - 0x1p-53;
+      local[axis] = fromAnchor + std::min(inCells - cell, kBelowOne);
+    }
+    if (planar_) local.z() = 0.5;
+    return local;
+  }
+
+  /// @param localOrigin [cells] of a ray; @param ray_map its vector [m].
+  /// @return its end [cells]; nothing where it is outside.
+  [[nodiscard]] std::optional<Eigen::Vector3d> endOfRay(const Eigen::Vector3d& localOrigin,
+                                                        const Eigen::Vector3d& ray_map) const
+  {
+    Eigen::Vector3d local = localOrigin + ray_map / resolution_m_;
+    if (planar_) local.z() = localOrigin.z();
+    if (!(local.cwiseAbs().maxCoeff() < kReach_cells)) return std::nullopt;
+    return local;
+  }
+
+ private:
+  double resolution_m_;
+  CellIndex anchor_;
+  bool planar_;
+};
+
+/// The cell, relative to the anchor, that holds a local position.
+[[nodiscard]] inline int32_t localCell(double coordinate)
+{
+  const auto truncated = static_cast<int32_t>(coordinate);
+  return truncated - (coordinate < truncated ? 1 : 0);
+}
+
+}  // namespace lamap

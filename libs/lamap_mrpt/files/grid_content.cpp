@@ -1,0 +1,76 @@
+#include <lamap_mrpt/files/grid_content.h>
+
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace lamap
+{
+namespace
+{
+constexpr uint8_t kWide = 1;
+constexpr uint8_t kPruned = 2;
+
+void requirePlace(const BlockGrid& grid, std::optional<int32_t> planarLayer, const BlockIndex& index,
+                  const ByteReader& in)
+{
+  const int bits = grid.shape().log2Edge();
+  const auto fits = [&](int32_t i)
+  {
+    return i >= (std::numeric_limits<int32_t>::min() >> bits) &&
+           i <= (std::numeric_limits<int32_t>::max() >> bits);
+  };
+  if (!fits(index.x) || !fits(index.y) || (planarLayer ? index.z != *planarLayer : !fits(index.z)))
+    in.fail("block (" + std::to_string(index.x) + ", " + std::to_string(index.y) + ", " +
+            std::to_string(index.z) + ") is not a place of this map");
+}
+}  // namespace
+
+void writeGrid(const BlockGrid& grid, ByteWriter& out)
+{
+  const std::vector<BlockIndex> blocks = grid.sortedBlocks();
+  out.number<uint64_t>(blocks.size());
+  for (const BlockIndex& index : blocks)
+  {
+    const EvidenceBlock& block = *grid.find(index);
+    out.number(index.x);
+    out.number(index.y);
+    out.number(index.z);
+    out.number(static_cast<uint8_t>((block.wide() ? kWide : 0) | (block.pruned() ? kPruned : 0)));
+    out.vector(block.words());
+  }
+}
+
+void readGrid(BlockGrid& grid, std::optional<int32_t> planarLayer, ByteReader& in)
+{
+  constexpr size_t kLeastBytesOfBlock = 3 * sizeof(int32_t) + 1 + sizeof(uint64_t);
+  const auto count = in.number<uint64_t>();
+  in.requireElements(count, kLeastBytesOfBlock);
+  std::optional<BlockIndex> last;
+  for (uint64_t i = 0; i < count; ++i)
+  {
+    BlockIndex index;
+    index.x = in.number<int32_t>();
+    index.y = in.number<int32_t>();
+    index.z = in.number<int32_t>();
+    requirePlace(grid, planarLayer, index, in);
+    if (last && !(*last < index)) in.fail("blocks are not in their order");
+    last = index;
+    const auto flags = in.number<uint8_t>();
+    if (flags > (kWide | kPruned)) in.fail("a block has unknown flags");
+    std::vector<uint64_t> words = in.vector<uint64_t>();
+    try
+    {
+      grid.findOrCreate(index) = EvidenceBlock::fromWords(grid.shape(), (flags & kWide) != 0,
+                                                          (flags & kPruned) != 0, std::move(words));
+    }
+    catch (const std::runtime_error& error)
+    {
+      in.fail(error.what());
+    }
+  }
+}
+
+}  // namespace lamap

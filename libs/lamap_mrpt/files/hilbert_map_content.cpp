@@ -1,0 +1,97 @@
+#include <lamap_mrpt/files/hilbert_map_content.h>
+
+#include <lamap_mrpt/files/content_parts.h>
+
+namespace lamap
+{
+namespace
+{
+constexpr size_t kPlaceBytes = 3 * sizeof(double);
+constexpr size_t kPosteriorBytes = 2 * sizeof(float);
+
+void writeBlock(const HilbertState::Block& block, ByteWriter& out)
+{
+  writeIndex(block.index, out);
+  out.numbers(block.bits.data(), block.bits.size());
+  writeAll(block.weights, out,
+           [&](const SitePosterior& weight)
+           {
+             out.number(weight.mean);
+             out.number(weight.precision);
+           });
+}
+
+HilbertState::Block readBlock(ByteReader& in)
+{
+  HilbertState::Block block;
+  block.index = readIndex<BlockIndex>(in);
+  for (uint64_t& word : block.bits) word = in.number<uint64_t>();
+  readAll(block.weights, kPosteriorBytes, in,
+          [&]
+          {
+            SitePosterior weight;
+            weight.mean = in.number<float>();
+            weight.precision = in.number<float>();
+            return weight;
+          });
+  return block;
+}
+
+void writePoint(const HilbertState::Point& point, ByteWriter& out)
+{
+  writeMatrix(point.place, out);
+  out.number(point.label);
+  out.number(point.weight);
+  out.number(!point.covariance.isZero(0));
+  if (!point.covariance.isZero(0)) writeMatrix(point.covariance, out);
+}
+
+HilbertState::Point readPoint(ByteReader& in)
+{
+  HilbertState::Point point;
+  point.place = readMatrix<Eigen::Vector3d>(in);
+  point.label = in.number<float>();
+  point.weight = in.number<float>();
+  if (in.number<bool>()) point.covariance = readMatrix<Eigen::Matrix3d>(in);
+  return point;
+}
+}  // namespace
+
+void writeHilbertState(const HilbertState& state, ByteWriter& out)
+{
+  writeAll(state.blocks, out, [&](const HilbertState::Block& block) { writeBlock(block, out); });
+  out.number(state.sgdSteps);
+  writeAll(state.inducing, out, [&](const Eigen::Vector3d& place) { writeMatrix(place, out); });
+  out.vector(state.classifier);
+  writeAll(state.cells, out,
+           [&](const HilbertState::CellPoints& points)
+           {
+             writeIndex(points.cell, out);
+             out.number(points.hits);
+             out.number(points.frees);
+           });
+  writeAll(state.points, out, [&](const HilbertState::Point& point) { writePoint(point, out); });
+}
+
+HilbertState readHilbertState(ByteReader& in)
+{
+  HilbertState state;
+  readAll(state.blocks, kIndexBytes + sizeof(SiteSet::Bits) + sizeof(uint64_t), in,
+          [&] { return readBlock(in); });
+  state.sgdSteps = in.number<uint64_t>();
+  readAll(state.inducing, kPlaceBytes, in, [&] { return readMatrix<Eigen::Vector3d>(in); });
+  state.classifier = in.vector<float>();
+  readAll(state.cells, kIndexBytes + 2 * sizeof(float), in,
+          [&]
+          {
+            HilbertState::CellPoints points;
+            points.cell = readIndex<CellIndex>(in);
+            points.hits = in.number<float>();
+            points.frees = in.number<float>();
+            return points;
+          });
+  readAll(state.points, kPlaceBytes + 2 * sizeof(float) + 1, in, [&] { return readPoint(in); });
+  return state;
+}
+
+}  // namespace lamap

@@ -1,0 +1,366 @@
+#include <fcntl.h>
+#include <lamap_mrpt/compat/mrpt_compat.h>
+#include <lamap_mrpt/files/atomic_file.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/files/payload.h>
+#include <mrpt/rtti/CObject.h>
+#include <mrpt/serialization/CArchive.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+#include <vector>
+
+namespace lamap
+{
+namespace
+{
+using mrpt::maps::CMetricMap;
+using mrpt::serialization::CArchive;
+using mrpt::serialization::CSerializable;
+
+constexpr std::size_t kChunk = std::size_t{1} << 18;
+
+std::string systemReason(int errorNumber)
+{
+  return std::generic_category().message(errorNumber);
+}
+
+/// An archive that compresses into a file, and notices every error of writing: MRPT's own gzip stream ignores
+/// them.
+class GzipWriter : public CArchive
+{
+ public:
+  /// @throws std::runtime_error with the reason.
+  explicit GzipWriter(const std::string& path)
+  {
+    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (descriptor < 0) throw std::runtime_error(systemReason(errno));
+    // Through a descriptor, so that zlib writes neither name nor time into the header.
+    file_ = gzdopen(descriptor, "wb6");
+    if (!file_)
+    {
+      ::close(descriptor);
+      throw std::runtime_error("not enough memory to compress");
+    }
+    gzbuffer(file_, static_cast<unsigned>(kChunk));
+  }
+  ~GzipWriter() override
+  {
+    if (file_) gzclose(file_);
+  }
+  GzipWriter(const GzipWriter&) = delete;
+  GzipWriter& operator=(const GzipWriter&) = delete;
+
+  /// Writes what is left. @throws std::runtime_error with the reason.
+  void close()
+  {
+    errno = 0;
+    const int result = gzclose(std::exchange(file_, nullptr));
+    if (result != Z_OK) throw std::runtime_error(reasonOf(result));
+  }
+
+ protected:
+  std::size_t write(const void* bytes, std::size_t count) override
+  {
+    const auto* next = static_cast<const uint8_t*>(bytes);
+    for (std::size_t left = count; left > 0;)
+    {
+      const auto part = static_cast<unsigned>(std::min(left, kChunk));
+      errno = 0;
+      if (gzwrite(file_, next, part) != static_cast<int>(part))
+      {
+        int error = Z_ERRNO;
+        gzerror(file_, &error);
+        throw std::runtime_error(reasonOf(error));
+      }
+      next += part;
+      left -= part;
+    }
+    return count;
+  }
+  std::size_t read(void* /*bytes*/, std::size_t /*count*/) override
+  {
+    throw std::logic_error("GzipWriter cannot be read");
+  }
+
+ private:
+  static std::string reasonOf(int zlibError)
+  {
+    if (errno != 0) return systemReason(errno);
+    return zlibError == Z_MEM_ERROR ? "not enough memory to compress" : "the disk did not take all bytes";
+  }
+
+  gzFile file_ = nullptr;
+};
+
+/** Uncompresses a file that is one gzip member, and nothing else.
+ * Every method throws std::runtime_error with what is wrong and what would be right, but without the file's
+ * name. */
+class GzipFile
+{
+ public:
+  explicit GzipFile(const std::string& path)
+  {
+    struct stat status
+    {
+    };
+    if (::stat(path.c_str(), &status) != 0) throw std::runtime_error(systemReason(errno));
+    if (S_ISDIR(status.st_mode)) throw std::runtime_error("it is a folder; name a map file (.lamap.gz)");
+    if (!S_ISREG(status.st_mode))
+      throw std::runtime_error("it is not a regular file; name a map file (.lamap.gz)");
+    if (status.st_size == 0)
+      throw std::runtime_error("it is empty; a map file holds a map compressed by gzip");
+    file_.reset(std::fopen(path.c_str(), "rbe"));
+    if (!file_) throw std::runtime_error(systemReason(errno));
+
+    fill();
+    if (input_[0] != 0x1f || (stream_.avail_in > 1 && input_[1] != 0x8b))
+      throw std::runtime_error("it is not compressed by gzip, as map files (.lamap.gz) are");
+    if (inflateInit2(&stream_, 16 + MAX_WBITS) != Z_OK)
+      throw std::runtime_error("not enough memory to uncompress");
+    initialized_ = true;
+  }
+  ~GzipFile()
+  {
+    if (initialized_) inflateEnd(&stream_);
+  }
+  GzipFile(const GzipFile&) = delete;
+  GzipFile& operator=(const GzipFile&) = delete;
+
+  /// @return bytes read; fewer than asked for at the end only, after the checksum was found right.
+  std::size_t read(uint8_t* bytes, std::size_t count)
+  {
+    std::size_t done = 0;
+    while (done < count && !ended_)
+    {
+      if (stream_.avail_in == 0) fill();
+      if (stream_.avail_in == 0) throw std::runtime_error("it is truncated; copy or build it again");
+      const auto part = static_cast<uInt>(std::min(count - done, kChunk));
+      stream_.next_out = bytes + done;
+      stream_.avail_out = part;
+      const int result = inflate(&stream_, Z_NO_FLUSH);
+      done += part - stream_.avail_out;
+      if (result == Z_STREAM_END)
+        finish();
+      else if (result == Z_MEM_ERROR)
+        throw std::runtime_error("not enough memory to uncompress");
+      else if (result != Z_OK && result != Z_BUF_ERROR)
+        throw std::runtime_error(std::string("it is damaged (gzip: ") +
+                                 (stream_.msg ? stream_.msg : "invalid data") + "); copy or build it again");
+    }
+    return done;
+  }
+
+ private:
+  struct Closer
+  {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+
+  void fill()
+  {
+    errno = 0;
+    stream_.next_in = input_.data();
+    stream_.avail_in = static_cast<uInt>(std::fread(input_.data(), 1, input_.size(), file_.get()));
+    if (std::ferror(file_.get())) throw std::runtime_error(systemReason(errno));
+  }
+
+  void finish()
+  {
+    ended_ = true;
+    if (stream_.avail_in == 0) fill();
+    if (stream_.avail_in != 0)
+      throw std::runtime_error("other bytes follow the map: it is damaged, or several files were joined");
+  }
+
+  std::unique_ptr<std::FILE, Closer> file_;
+  std::array<uint8_t, kChunk> input_{};
+  z_stream stream_{};
+  bool initialized_ = false;
+  bool ended_ = false;
+};
+
+/// The archive that an object is read from.
+class GzipReader : public CArchive
+{
+ public:
+  explicit GzipReader(const std::string& path) : file_(std::make_unique<GzipFile>(path)) {}
+  [[nodiscard]] bool isAtEnd()
+  {
+    uint8_t next = 0;
+    return file_->read(&next, 1) == 0;
+  }
+
+ protected:
+  std::size_t write(const void* /*bytes*/, std::size_t /*count*/) override
+  {
+    throw std::logic_error("GzipReader cannot be written");
+  }
+  std::size_t read(void* bytes, std::size_t count) override
+  {
+    const std::size_t got = file_->read(static_cast<uint8_t*>(bytes), count);
+    // MRPT takes a short read for a whole one.
+    if (got < count) throw std::runtime_error("the content ends too early");
+    return got;
+  }
+
+ private:
+  std::unique_ptr<GzipFile> file_;
+};
+
+/// How an object begins in MRPT's archives: the length of its class's name with the top bit set, the name,
+/// the version.
+struct ObjectHeader
+{
+  std::string className;
+  uint8_t version = 0;
+};
+
+std::optional<ObjectHeader> headerOf(const std::vector<uint8_t>& bytes)
+{
+  if (bytes.empty() || (bytes[0] & 0x80) == 0) return std::nullopt;
+  const std::size_t length = bytes[0] & 0x7f;
+  if (length == 0 || bytes.size() < length + 2) return std::nullopt;
+  ObjectHeader header;
+  header.className.assign(bytes.begin() + 1, bytes.begin() + 1 + static_cast<std::ptrdiff_t>(length));
+  header.version = bytes[length + 1];
+  const bool isName = std::all_of(header.className.begin(), header.className.end(),
+                                  [](unsigned char c) { return c > ' ' && c < 0x7f; });
+  return isName ? std::optional(header) : std::nullopt;
+}
+
+/// Uncompresses all, keeps only the beginning. @throws as GzipFile, or if there are more bytes than the
+/// limit.
+std::vector<uint8_t> checkedBeginning(const std::string& path, uint64_t limit_bytes)
+{
+  constexpr std::size_t kLongestHeader = 2 + 0x7f;
+  const auto file = std::make_unique<GzipFile>(path);
+  std::vector<uint8_t> chunk(kChunk);
+  std::vector<uint8_t> beginning;
+  uint64_t total = 0;
+  for (;;)
+  {
+    const std::size_t got = file->read(chunk.data(), chunk.size());
+    if (total == 0)
+      beginning.assign(chunk.begin(),
+                       chunk.begin() + static_cast<std::ptrdiff_t>(std::min(got, kLongestHeader)));
+    total += got;
+    if (total > limit_bytes)
+      throw std::runtime_error("it uncompresses to more than " + std::to_string(limit_bytes) +
+                               " bytes, which is the limit here: half the memory of this machine unless set");
+    if (got < chunk.size()) return beginning;
+  }
+}
+
+/// An archive that keeps the beginning of what is written, and drops the rest.
+class HeaderProbe : public CArchive
+{
+ public:
+  [[nodiscard]] const std::vector<uint8_t>& bytes() const { return bytes_; }
+
+ protected:
+  std::size_t write(const void* bytes, std::size_t count) override
+  {
+    const auto* first = static_cast<const uint8_t*>(bytes);
+    if (bytes_.size() < 256) bytes_.insert(bytes_.end(), first, first + std::min<std::size_t>(count, 256));
+    return count;
+  }
+  std::size_t read(void* /*bytes*/, std::size_t /*count*/) override
+  {
+    throw std::logic_error("HeaderProbe cannot be read");
+  }
+
+ private:
+  std::vector<uint8_t> bytes_;
+};
+
+/// The version that this program writes of a class; nothing where an empty object cannot be written.
+std::optional<uint8_t> versionWritten(const mrpt::rtti::TRuntimeClassId& classId)
+{
+  try
+  {
+    HeaderProbe probe;
+    const auto object = std::dynamic_pointer_cast<CSerializable>(
+        std::shared_ptr<mrpt::rtti::CObject>(classId.createObject()));
+    if (!object) return std::nullopt;
+    probe << *object;
+    const auto header = headerOf(probe.bytes());
+    return header ? std::optional(header->version) : std::nullopt;
+  }
+  catch (const std::exception&)
+  {
+    return std::nullopt;
+  }
+}
+
+/// @throws std::runtime_error unless the beginning is that of a map which this program can read.
+void requireReadableMap(const std::vector<uint8_t>& beginning)
+{
+  const auto header = headerOf(beginning);
+  if (!header) throw std::runtime_error("it does not hold an object of MRPT; a map file holds one map");
+  const auto* classId = mrpt::rtti::findRegisteredClass(header->className);
+  if (!classId)
+    throw std::runtime_error("it holds an object of class '" + header->className +
+                             "', which this program does not know; load the library that has it");
+  if (!classId->derivedFrom(CLASS_ID(CMetricMap)))
+    throw std::runtime_error("it holds an object of class '" + header->className + "', which is not a map");
+  if (const auto known = versionWritten(*classId); known && header->version > *known)
+    throw std::runtime_error("it holds version " + std::to_string(header->version) + " of " +
+                             header->className + ", and this program reads versions up to " +
+                             std::to_string(*known) + "; read it with a newer release");
+}
+
+CMetricMap::Ptr readMap(const std::string& path, uint64_t limit_bytes)
+{
+  requireReadableMap(checkedBeginning(path, limit_bytes));
+  GzipReader archive(path);
+  const auto map = std::dynamic_pointer_cast<CMetricMap>(archive.ReadObject());
+  if (!map) throw std::runtime_error("it does not hold a map");
+  if (!archive.isAtEnd()) throw std::runtime_error("other content follows the map");
+  return map;
+}
+
+}  // namespace
+
+void saveMapFile(const CMetricMap& map, const std::string& path)
+{
+  AtomicFile file(path);
+  try
+  {
+    GzipWriter archive(file.temporaryPath());
+    archive << map;
+    archive.close();
+  }
+  catch (const std::exception& error)
+  {
+    throw std::runtime_error("cannot write '" + path + "': " + compat::messageOf(error));
+  }
+  file.commit();
+}
+
+CMetricMap::Ptr loadMapFile(const std::string& path, uint64_t limit_bytes)
+{
+  try
+  {
+    return readMap(path, limit_bytes);
+  }
+  catch (const std::bad_alloc&)
+  {
+    throw std::runtime_error("cannot read the map file '" + path + "': not enough memory");
+  }
+  catch (const std::exception& error)
+  {
+    throw std::runtime_error("cannot read the map file '" + path + "': " + compat::messageOf(error));
+  }
+}
+
+}  // namespace lamap

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <lamap_mrpt/files/payload.h>
+#include <mrpt/maps/CMetricMap.h>
+
+#include <cstdint>
+#include <string>
+
+namespace lamap
+{
+/** Saves a map as one object in MRPT's archive format, compressed by gzip; by convention `name.lamap.gz`.
+ *
+ * Any program that has the map's library loaded reads it by
+ * `mrpt::serialization::archiveFrom(mrpt::io::CFileGZInputStream(path)) >> CSerializable::Ptr`.
+ *
+ * The file appears at its place only when it is whole (AtomicFile): on any error what stood there before
+ * stays. The same map gives the same bytes; no time and no name is stored.
+ *
+ * @param map any metric map whose class is registered with MRPT, this library's or another's.
+ * @throws std::runtime_error naming the file and the reason: no such folder, not writable, disk full …
+ */
+void saveMapFile(const mrpt::maps::CMetricMap& map, const std::string& path);
+
+/** Loads what saveMapFile() wrote.
+ *
+ * The whole file is checked first (gzip's own CRC-32 and length), so that a damaged one never reaches a
+ * parser, and one that uncompresses to more than the limit is refused before anything of it is kept.
+ *
+ * @param limit_bytes largest content, uncompressed.
+ * @return a map, never null.
+ * @throws std::runtime_error naming the file, what is wrong and what would be right: missing, a folder,
+ * empty, not gzip, truncated, damaged, followed by other bytes, not an MRPT object, an object of a class that
+ * is not loaded or that is no map, of a newer version, or with content that its class refuses.
+ */
+[[nodiscard]] mrpt::maps::CMetricMap::Ptr loadMapFile(const std::string& path,
+                                                      uint64_t limit_bytes = memoryForContent());
+
+}  // namespace lamap

@@ -1,0 +1,188 @@
+#include <lamap_mrpt/files/overlapping_map_content.h>
+
+#include <lamap_mrpt/files/content_parts.h>
+#include <lamap_mrpt/files/grid_content.h>
+
+#include <stdexcept>
+
+namespace lamap
+{
+namespace
+{
+constexpr size_t kPlaceBytes = 3 * sizeof(double);
+
+void writePose(const ModelPose& pose, ByteWriter& out)
+{
+  writeIndex(pose.anchor, out);
+  writeMatrix(pose.offset_m, out);
+  writeMatrix(pose.rotation, out);
+}
+
+ModelPose readPose(ByteReader& in)
+{
+  ModelPose pose;
+  pose.anchor = readIndex<CellIndex>(in);
+  pose.offset_m = readMatrix<Eigen::Vector3d>(in);
+  pose.rotation = readMatrix<Eigen::Matrix3d>(in);
+  return pose;
+}
+
+void writeView(const DepthView& view, ByteWriter& out)
+{
+  const DepthView::Image& image = view.image();
+  writeMatrix(image.sensor, out);
+  for (const double number :
+       {image.rangeMax_m, image.rules.near_m, image.rules.depth_m, image.rules.angle_deg})
+    out.number(number);
+  out.number(image.planar);
+  for (const uint32_t number : {image.firstRow, image.firstColumn, image.rows, image.columns})
+    out.number(number);
+  out.vector(image.depths_m);
+}
+
+DepthView readView(ByteReader& in)
+{
+  DepthView::Image image;
+  image.sensor = readMatrix<Eigen::Vector3d>(in);
+  for (double* number :
+       {&image.rangeMax_m, &image.rules.near_m, &image.rules.depth_m, &image.rules.angle_deg})
+    *number = in.number<double>();
+  image.planar = in.number<bool>();
+  for (uint32_t* number : {&image.firstRow, &image.firstColumn, &image.rows, &image.columns})
+    *number = in.number<uint32_t>();
+  image.depths_m = in.vector<float>();
+  return DepthView::fromImage(std::move(image));
+}
+
+void writeModel(const HilbertModel& model, ByteWriter& out)
+{
+  writeAll(model.siteBlocks, out, [&](const BlockIndex& block) { writeIndex(block, out); });
+  writeAll(model.siteBits, out, [&](const SiteSet::Bits& bits) { out.numbers(bits.data(), bits.size()); });
+  out.vector(model.siteWeights);
+  writeAll(model.inducing, out, [&](const Eigen::Vector3d& place) { writeMatrix(place, out); });
+  out.vector(model.kernelWeights);
+  out.number(model.bias);
+  writeMatrix(model.boxLow, out);
+  writeMatrix(model.boxHigh, out);
+  writeAll(model.views, out, [&](const DepthView& view) { writeView(view, out); });
+  out.number(model.fieldWeight);
+  out.number(model.scans);
+}
+
+std::shared_ptr<const HilbertModel> readModel(ByteReader& in)
+{
+  auto model = std::make_shared<HilbertModel>();
+  readAll(model->siteBlocks, kIndexBytes, in, [&] { return readIndex<BlockIndex>(in); });
+  readAll(model->siteBits, sizeof(SiteSet::Bits), in,
+          [&]
+          {
+            SiteSet::Bits bits;
+            in.numbers(bits.data(), bits.size());
+            return bits;
+          });
+  model->siteWeights = in.vector<float>();
+  readAll(model->inducing, kPlaceBytes, in, [&] { return readMatrix<Eigen::Vector3d>(in); });
+  model->kernelWeights = in.vector<float>();
+  model->bias = in.number<float>();
+  model->boxLow = readMatrix<Eigen::Vector3d>(in);
+  model->boxHigh = readMatrix<Eigen::Vector3d>(in);
+  readAll(model->views, kPlaceBytes, in, [&] { return readView(in); });
+  model->fieldWeight = in.number<double>();
+  model->scans = in.number<uint32_t>();
+  return model;
+}
+
+void writePlaces(const std::vector<Eigen::Vector3d>& places, ByteWriter& out)
+{
+  writeAll(places, out, [&](const Eigen::Vector3d& place) { writeMatrix(place, out); });
+}
+
+void readPlaces(std::vector<Eigen::Vector3d>& places, ByteReader& in)
+{
+  readAll(places, kPlaceBytes, in, [&] { return readMatrix<Eigen::Vector3d>(in); });
+}
+
+void writeScan(const ModelScan& scan, ByteWriter& out)
+{
+  writeAll(scan.fans, out,
+           [&](const ModelScan::Fan& fan)
+           {
+             writeMatrix(fan.rays.origin_map, out);
+             writePlaces(fan.rays.hitEnds_map, out);
+             writePlaces(fan.rays.freeRays_map, out);
+             out.number(fan.rangeMax_m);
+           });
+  out.number(scan.uncertainty.has_value());
+  if (!scan.uncertainty) return;
+  writeMatrix(scan.uncertainty->pose, out);
+  writeMatrix(scan.uncertainty->centre, out);
+  out.number(scan.uncertainty->rangeStd_m);
+  writeMatrix(scan.uncertainty->point, out);
+}
+
+ModelScan readScan(ByteReader& in)
+{
+  ModelScan scan;
+  readAll(scan.fans, kPlaceBytes + 2 * sizeof(uint64_t) + sizeof(double), in,
+          [&]
+          {
+            ModelScan::Fan fan;
+            fan.rays.origin_map = readMatrix<Eigen::Vector3d>(in);
+            readPlaces(fan.rays.hitEnds_map, in);
+            readPlaces(fan.rays.freeRays_map, in);
+            fan.rangeMax_m = in.number<double>();
+            return fan;
+          });
+  if (!in.number<bool>()) return scan;
+  HilbertUncertainty& uncertainty = scan.uncertainty.emplace();
+  uncertainty.pose = readMatrix<Eigen::Matrix<double, 6, 6>>(in);
+  uncertainty.centre = readMatrix<Eigen::Vector3d>(in);
+  uncertainty.rangeStd_m = in.number<double>();
+  uncertainty.point = readMatrix<Eigen::Matrix3d>(in);
+  return scan;
+}
+}  // namespace
+
+void writeOverlappingMap(const OverlappingHilbertMap& map, ByteWriter& out)
+{
+  writeGrid(map.grid(), out);
+  writeGrid(map.writtenGrid(), out);
+  writeAll(map.models(), out,
+           [&](const PlacedModel& placed)
+           {
+             writePose(placed.pose, out);
+             writeModel(*placed.model, out);
+           });
+  writePose(map.pending().pose, out);
+  writeAll(map.pending().scans, out, [&](const ModelScan& scan) { writeScan(scan, out); });
+}
+
+void readOverlappingMap(OverlappingHilbertMap& map, ByteReader& in)
+{
+  const auto layer = map.structure().planar ? std::optional(map.planarLayer()) : std::nullopt;
+  readGrid(map.grid(), layer, in);
+  readGrid(map.writtenGrid(), layer, in);
+  std::vector<PlacedModel> models;
+  constexpr size_t kPoseBytes = kIndexBytes + 12 * sizeof(double);
+  readAll(models, kPoseBytes, in,
+          [&]
+          {
+            PlacedModel placed;
+            placed.pose = readPose(in);
+            placed.model = readModel(in);
+            return placed;
+          });
+  PendingScans pending;
+  pending.pose = readPose(in);
+  readAll(pending.scans, sizeof(uint64_t), in, [&] { return readScan(in); });
+  try
+  {
+    map.restore(std::move(models), std::move(pending));
+  }
+  catch (const std::exception& error)
+  {
+    in.fail(error.what());
+  }
+}
+
+}  // namespace lamap

@@ -1,0 +1,482 @@
+#include <lamap_mrpt/learned_map/CLearnedMap.h>
+
+#include <lamap_mrpt/files/atomic_file.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/learned_map/cell_walk.h>
+#include <lamap_mrpt/learned_map/end_point_likelihood.h>
+#include <lamap_mrpt/learned_map/occupied_cells.h>
+#include <lamap_mrpt/observations/observation_rays.h>
+#include <lamap_mrpt/options/nearest_name.h>
+#include <mrpt/core/format.h>
+#include <mrpt/opengl/COpenGLScene.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <tuple>
+
+namespace lamap
+{
+namespace
+{
+bool same(const StateThresholds& a, const StateThresholds& b)
+{
+  return a.free == b.free && a.occupied == b.occupied && a.variance == b.variance;
+}
+
+bool same(const RangeLimits& a, const RangeLimits& b)
+{
+  return a.min_m == b.min_m && a.max_m == b.max_m && a.noReturnIsFree == b.noReturnIsFree &&
+         a.decimation == b.decimation;
+}
+
+/// The stretch of a ray, in units of its direction, that lies within a box [m]; first > last if there is
+/// none.
+std::pair<double, double> stretchInBox(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                                       const Eigen::Vector3d& low, const Eigen::Vector3d& high)
+{
+  double first = 0;
+  double last = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    if (direction[axis] == 0)
+    {
+      if (origin[axis] < low[axis] || origin[axis] > high[axis]) return {1, 0};
+      continue;
+    }
+    const double a = (low[axis] - origin[axis]) / direction[axis];
+    const double b = (high[axis] - origin[axis]) / direction[axis];
+    first = std::max(first, std::min(a, b));
+    last = std::min(last, std::max(a, b));
+  }
+  return {first, last};
+}
+}  // namespace
+
+const OptionTable& CLearnedMap::TLikelihoodOptions::optionTable() const
+{
+  using Self = TLikelihoodOptions;
+  static const OptionTable table =
+      OptionTable("likelihoodOpts")
+          .add<Self>("decimation", &Self::decimation, {"", {1, 1e9}},
+                     "only every so many-th ray is looked at")
+          .add<Self>("outlierProb", &Self::outlierProb, {"", {1e-6, 1}},
+                     "share of returns that tell nothing; half of it is the least a return counts")
+          .add<Self>("endPointStd", &Self::endPointStd, {"m", {0, 1e3}},
+                     "uncertainty of where a return ends; 0: only the cell it ends in counts")
+          .add<Self>("unobservedProb", &Self::unobservedProb, {"", {0, 1}},
+                     "P(occupied) that counts where the map has no evidence")
+          .add<Self>("independence", &Self::independence, {"", {0, 1, false}},
+                     "factor of the log-likelihood, below 1 because neighbouring rays err together");
+  return table;
+}
+
+bool operator==(const CLearnedMap::TLikelihoodOptions& a, const CLearnedMap::TLikelihoodOptions& b)
+{
+  const auto fieldsOf = [](const CLearnedMap::TLikelihoodOptions& o)
+  { return std::tie(o.decimation, o.outlierProb, o.endPointStd, o.unobservedProb, o.independence); };
+  return fieldsOf(a) == fieldsOf(b);
+}
+
+const OptionTable& CLearnedMap::TRenderingOptions::optionTable() const
+{
+  using Self = TRenderingOptions;
+  static const OptionTable table =
+      OptionTable("renderOpts")
+          .add<Self>("generateOccupiedVoxels", &Self::generateOccupiedVoxels, {},
+                     "make cubes of occupied cells")
+          .add<Self>("visibleOccupiedVoxels", &Self::visibleOccupiedVoxels, {},
+                     "show cubes of occupied cells")
+          .add<Self>("generateFreeVoxels", &Self::generateFreeVoxels, {}, "make cubes of free cells")
+          .add<Self>("visibleFreeVoxels", &Self::visibleFreeVoxels, {}, "show cubes of free cells")
+          .add<Self>("generateGridLines", &Self::generateGridLines, {},
+                     "draw a box around the observed cells")
+          .add<Self>("hideBuriedVoxels", &Self::hideBuriedVoxels, {},
+                     "leave out occupied cells with occupied neighbours on all six sides")
+          .add<Self>("colourBy", &Self::colourBy,
+                     OptionTable::Traits::oneOf({"height", "probability", "variance"}),
+                     "what cubes are coloured by, from blue (low) to red (high)")
+          .add<Self>("freeOpacity", &Self::freeOpacity, {"", {0, 1}}, "opacity of cubes of free cells");
+  return table;
+}
+
+CLearnedMap::CLearnedMap(const CLearnedMap& other)
+    : mrpt::maps::CMetricMap(),
+      NearestCells(),
+      mrpt::system::COutputLogger(other),
+      likelihoodOptions(other.likelihoodOptions),
+      renderingOptions(other.renderingOptions),
+      threadCount_(other.threadCount_),
+      tallied_(other.tallied_),
+      scansUsed_(other.scansUsed_),
+      scansUnreadable_(other.scansUnreadable_)
+{
+  genericMapParams = other.genericMapParams;
+}
+
+CLearnedMap& CLearnedMap::operator=(const CLearnedMap& other)
+{
+  if (this == &other) return *this;
+  mrpt::system::COutputLogger::operator=(other);
+  genericMapParams = other.genericMapParams;
+  likelihoodOptions = other.likelihoodOptions;
+  renderingOptions = other.renderingOptions;
+  threadCount_ = other.threadCount_;
+  tallied_ = other.tallied_;
+  scansUsed_ = other.scansUsed_;
+  scansUnreadable_ = other.scansUnreadable_;
+  contentChanged();
+  return *this;
+}
+
+std::optional<CellEstimate> CLearnedMap::estimateCell(const CellIndex& cell) const
+{
+  const Eigen::Vector3d centre = cellCentre(cell, resolution());
+  return estimateAt({centre.x(), centre.y(), centre.z()});
+}
+
+std::vector<OptionValue> CLearnedMap::optionValues() const
+{
+  std::vector<OptionValue> values;
+  visitOptionGroups(
+      [&](const TOptionGroup& now, TOptionGroup& untouched)
+      {
+        for (const Option& option : now.optionTable().options())
+        {
+          const auto text = [&](const TOptionGroup& group)
+          {
+            const std::string set = option.textOf(group);
+            return set.empty() ? option.emptyText : set;
+          };
+          values.push_back({now.optionTable().name(), option.key, text(now), text(untouched), option.unit,
+                            option.legalText(), option.doc});
+        }
+      });
+  return values;
+}
+
+bool CLearnedMap::optionIs(const std::string& section, const std::string& key, const std::string& text) const
+{
+  std::vector<std::string> sections;
+  std::optional<bool> isSame;
+  visitOptionGroups(
+      [&](const TOptionGroup& now, TOptionGroup& untouched)
+      {
+        const OptionTable& table = now.optionTable();
+        sections.push_back(table.name());
+        if (table.name() != section) return;
+        const Option& option = table.require(key);
+        try
+        {
+          option.parse(untouched, text);
+        }
+        catch (const std::invalid_argument& error)
+        {
+          throw std::invalid_argument(section + "." + option.key + " = \"" + text + "\" " + error.what());
+        }
+        isSame = option.textOf(now) == option.textOf(untouched);
+      });
+  if (!isSame)
+    throw std::invalid_argument("unknown section \"" + section + "\"; the nearest one is \"" +
+                                nearestOf(section, sections) + "\"");
+  return *isSame;
+}
+
+bool CLearnedMap::getPointOccupancy(float x, float y, float z, double& prob) const
+{
+  const auto estimate = estimateAt({x, y, z});
+  if (estimate) prob = estimate->prob;
+  return estimate.has_value();
+}
+
+bool CLearnedMap::castRay(const mrpt::math::TPoint3D& origin, const mrpt::math::TPoint3D& direction,
+                          mrpt::math::TPoint3D& end, bool ignoreUnknownCells, double maxRange) const
+{
+  Eigen::Vector3d start(origin.x, origin.y, origin.z);
+  Eigen::Vector3d unit(direction.x, direction.y, direction.z);
+  if (!start.allFinite() || !unit.allFinite() || !(unit.norm() > 0)) return false;
+  const auto layer = planarLayer();
+  if (layer)
+  {
+    start.z() = (*layer + 0.5) * resolution();
+    unit.z() = 0;
+    if (!(unit.norm() > 0))
+      unit.x() = maxRange = std::numeric_limits<double>::min();  // only the cell it is in
+  }
+  unit.normalize();
+
+  double first = 0;
+  double last = maxRange > 0 ? maxRange : std::numeric_limits<double>::infinity();
+  if (ignoreUnknownCells)
+  {
+    // Nothing can be met outside the box of what was observed: without it the ray might never end.
+    const auto box = observedBox();
+    if (!box->any) return false;
+    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(resolution());
+    const auto stretch = stretchInBox(start, unit, cellCentre(box->low, resolution()) - margin,
+                                      cellCentre(box->high, resolution()) + margin);
+    first = stretch.first;
+    last = std::min(last, stretch.second);
+  }
+
+  bool met = false;
+  walkCells(start, unit, resolution(), first, last,
+            [&](const CellIndex& cell)
+            {
+              const Eigen::Vector3d centre = cellCentre(cell, resolution());
+              end = {centre.x(), centre.y(), centre.z()};
+              const auto estimate = estimateCell(cell);
+              met = estimate && estimate->state == CellState::Occupied;
+              return !met && (estimate || ignoreUnknownCells);
+            });
+  return met;
+}
+
+void CLearnedMap::insertRay(float end_x, float end_y, float end_z, float sensor_x, float sensor_y,
+                            float sensor_z)
+{
+  RayFan fan;
+  fan.origin_map = {sensor_x, sensor_y, sensor_z};
+  fan.returns_map = {{end_x, end_y, end_z}};
+  insertScan({{fan}});
+}
+
+void CLearnedMap::insertPointCloud(const mrpt::maps::CPointsMap& points, float sensor_x, float sensor_y,
+                                   float sensor_z)
+{
+  RayFan fan;
+  fan.origin_map = {sensor_x, sensor_y, sensor_z};
+  fan.returns_map.reserve(points.size());
+  for (size_t i = 0; i < points.size(); ++i)
+  {
+    mrpt::math::TPoint3D point;
+    points.getPoint(i, point);
+    fan.returns_map.emplace_back(point.x, point.y, point.z);
+  }
+  insertScan({{fan}});
+}
+
+void CLearnedMap::saveMetricMapRepresentationToFile(const std::string& prefix) const
+{
+  saveMapFile(*this, prefix + ".lamap.gz");
+
+  AtomicFile sceneFile(prefix + ".3Dscene");
+  mrpt::opengl::COpenGLScene scene;
+  const auto objects = mrpt::opengl::CSetOfObjects::Create();
+  getVisualizationInto(*objects);
+  scene.insert(objects);
+  if (!scene.saveToFile(sceneFile.temporaryPath()))
+    throw std::runtime_error("cannot write " + prefix + ".3Dscene");
+  sceneFile.commit();
+
+  AtomicFile plyFile(prefix + ".ply");
+  // A copy: the exporter is not const.
+  mrpt::maps::CSimplePointsMap points = occupiedCells()->points();
+  if (!points.saveToPlyFile(plyFile.temporaryPath(), true))
+    throw std::runtime_error("cannot write " + prefix + ".ply: " + points.getSavePLYErrorString());
+  plyFile.commit();
+}
+
+std::string CLearnedMap::asString() const
+{
+  std::string text = std::string(GetRuntimeClass()->className) + ": ";
+  for (const Fact& fact : facts())
+    text += (text.back() == ' ' && text[text.size() - 2] == ':' ? "" : "; ") + fact.name + " " + fact.value +
+            (fact.unit.empty() ? "" : " " + fact.unit);
+  return text;
+}
+
+mrpt::math::TBoundingBoxf CLearnedMap::boundingBox() const
+{
+  const auto box = observedBox();
+  if (!box->any) return {};
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * resolution());
+  const Eigen::Vector3f low = (cellCentre(box->low, resolution()) - half).cast<float>();
+  const Eigen::Vector3f high = (cellCentre(box->high, resolution()) + half).cast<float>();
+  return {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}};
+}
+
+void CLearnedMap::auxParticleFilterCleanUp()
+{
+  endPoints_.reset();
+  likelihood_.reset();
+  occupied_.reset();
+  box_.reset();
+}
+
+void CLearnedMap::contentChanged()
+{
+  likelihood_.reset();
+  occupied_.reset();
+  box_.reset();
+}
+
+bool CLearnedMap::insertScan(const Scan& scan, const ScanPose& pose)
+{
+  if (!tally(learnScan(scan, pose))) return false;
+  contentChanged();
+  return true;
+}
+
+bool CLearnedMap::insertObservationAt(const mrpt::obs::CObservation& observation,
+                                      const mrpt::poses::CPose3DPDF& robotPose_map)
+{
+  mrpt::poses::CPose3DPDFGaussian gaussian;
+  gaussian.copyFrom(robotPose_map);
+  struct Reset
+  {
+    ~Reset() { pose.reset(); }
+    std::optional<mrpt::poses::CPose3DPDFGaussian>& pose;
+  } const atTheEnd{uncertainPose_};
+  uncertainPose_ = gaussian;
+  return insertObservation(observation, gaussian.mean);
+}
+
+bool CLearnedMap::tally(const RayCounts& counts)
+{
+  const auto tellOnce = [&](size_t before, size_t now, const char* kind)
+  {
+    if (before == 0 && now > 0)
+      MRPT_LOG_WARN_STREAM(now << " rays of a scan are left out: " << kind << " (said once, counted on)");
+  };
+  tellOnce(tallied_.notFinite, counts.notFinite, "they are NaN or infinite");
+  tellOnce(tallied_.outside, counts.outside, "they end beyond what cell indices can address");
+  if (tallied_.tooNear == 0 && counts.tooNear > 0)
+    MRPT_LOG_INFO_STREAM(counts.tooNear << " rays of a scan are left out: nearer than the least range");
+  tallied_ += counts;
+  if (counts.used() == 0) return false;
+  ++scansUsed_;
+  return true;
+}
+
+CellIndex CLearnedMap::addressableCell(const char* caller, double x, double y, double z) const
+{
+  const auto cell = cellAt({x, y, z}, resolution());
+  if (!cell)
+    throw std::invalid_argument(mrpt::format("%s(%g, %g, %g): not a point that a cell of %g m can hold",
+                                             caller, x, y, z, resolution()));
+  return *cell;
+}
+
+std::vector<CLearnedMap::Fact> CLearnedMap::cellFacts(const CellVisitor& also) const
+{
+  size_t cells = 0;
+  size_t free = 0;
+  size_t occupied = 0;
+  visitCells(
+      [&](const CellIndex& cell, const CellEstimate& estimate)
+      {
+        ++cells;
+        free += estimate.state == CellState::Free;
+        occupied += estimate.state == CellState::Occupied;
+        if (also) also(cell, estimate);
+      });
+  return {{"resolution", mrpt::format("%g", resolution()), "m"},
+          {"cells", std::to_string(cells), ""},
+          {"occupied cells", std::to_string(occupied), ""},
+          {"free cells", std::to_string(free), ""},
+          {"unknown cells", std::to_string(cells - occupied - free), ""}};
+}
+
+CLearnedMap::Fact CLearnedMap::memoryFact() const
+{
+  return {"memory", mrpt::format("%.3f", static_cast<double>(memoryBytes()) / (1024.0 * 1024.0)), "MiB"};
+}
+
+std::vector<CLearnedMap::Fact> CLearnedMap::scanFacts() const
+{
+  std::vector<Fact> facts;
+  const auto add = [&](const std::string& name, size_t count, const std::string& unit) {
+    facts.push_back({name, std::to_string(count), unit});
+  };
+  if (scansUsed_ == 0 && tallied_.used() == 0 && tallied_.leftOut() == 0 && scansUnreadable_ == 0)
+    return facts;  // a map that was only loaded
+  add("scans inserted in this session", scansUsed_, "");
+  add("rays with a hit", tallied_.hits, "");
+  add("rays as free space only", tallied_.freeOnly, "");
+  add("rays left out", tallied_.leftOut(), "");
+  if (tallied_.notFinite) add("rays left out, not finite", tallied_.notFinite, "");
+  if (tallied_.tooNear) add("rays left out, too near", tallied_.tooNear, "");
+  if (tallied_.unbounded) add("rays left out, without return", tallied_.unbounded, "");
+  if (tallied_.outside) add("rays left out, out of reach of the indices", tallied_.outside, "");
+  if (scansUnreadable_) add("observations that could not be read", scansUnreadable_, "");
+  return facts;
+}
+
+bool CLearnedMap::internal_insertObservation(const mrpt::obs::CObservation& observation,
+                                             const std::optional<const mrpt::poses::CPose3D>& robotPose)
+{
+  if (!supportsObservation(observation)) return false;
+  std::optional<Scan> scan;
+  try
+  {
+    scan = raysOf(observation, robotPose ? *robotPose : mrpt::poses::CPose3D());
+  }
+  catch (const std::exception& error)
+  {
+    // A SLAM program goes on with the next observation.
+    ++scansUnreadable_;
+    MRPT_LOG_ERROR_STREAM("an observation is left out: " << compat::messageOf(error));
+  }
+  if (!scan) return false;
+  ScanPose pose;
+  mrpt::poses::CPose3D sensorInRobot;
+  observation.getSensorPose(sensorInRobot);
+  pose.sensor_map = (robotPose ? *robotPose : mrpt::poses::CPose3D()) + sensorInRobot;
+  pose.robot_map = uncertainPose_;
+  return insertScan(*scan, pose);
+}
+
+bool CLearnedMap::internal_canComputeObservationLikelihood(const mrpt::obs::CObservation& observation) const
+{
+  return supportsObservation(observation);
+}
+
+double CLearnedMap::internal_computeObservationLikelihood(const mrpt::obs::CObservation& observation,
+                                                          const mrpt::poses::CPose3D& takenFrom) const
+{
+  if (!supportsObservation(observation)) return 0;
+  RangeLimits limits = rangeLimits();
+  limits.noReturnIsFree = false;
+  limits.decimation = likelihoodOptions.decimation;
+  const auto fingerprint = fingerprintOf(observation);
+  const auto endPoints = endPoints_.get(
+      [&](const EndPoints& made) {
+        return fingerprint && made.observation && *made.observation == *fingerprint &&
+               same(made.limits, limits);
+      },
+      [&]
+      {
+        auto made = std::make_shared<EndPoints>();
+        try
+        {
+          *made = endPointsOf(observation, limits);
+        }
+        catch (const std::exception& error)
+        {
+          MRPT_LOG_ERROR_STREAM("an observation has no likelihood: " << compat::messageOf(error));
+          made->limits = limits;
+        }
+        made->observation = fingerprint;
+        return made;
+      });
+  const auto likelihood =
+      likelihood_.get([&](const EndPointLikelihood& made) { return made.options() == likelihoodOptions; },
+                      [&] { return std::make_shared<const EndPointLikelihood>(*this, likelihoodOptions); });
+  return likelihood->logOf(*endPoints, takenFrom);
+}
+
+std::shared_ptr<const OccupiedCells> CLearnedMap::occupiedCells() const
+{
+  return occupied_.get([&](const OccupiedCells& made) { return same(made.thresholds(), stateThresholds()); },
+                       [&] { return std::make_shared<const OccupiedCells>(*this); });
+}
+
+std::shared_ptr<const ObservedBox> CLearnedMap::observedBox() const
+{
+  return box_.get([](const ObservedBox&) { return true; },
+                  [&] { return std::make_shared<const ObservedBox>(*this); });
+}
+
+}  // namespace lamap

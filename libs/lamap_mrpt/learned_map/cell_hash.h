@@ -1,0 +1,17 @@
+#pragma once
+
+#include <lamap_core/grid/block_grid.h>
+#include <lamap_core/grid/cell.h>
+
+namespace lamap
+{
+/// For hash maps over cells.
+struct CellIndexHash
+{
+  [[nodiscard]] size_t operator()(const CellIndex& cell) const noexcept
+  {
+    return BlockIndexHash()({cell.x, cell.y, cell.z});
+  }
+};
+
+}  // namespace lamap

@@ -1,0 +1,134 @@
+// Learned maps as COctoMapVoxels, which every MRPT viewer can draw without this library.
+#include <lamap_mrpt/learned_map/CLearnedMap.h>
+#include <lamap_mrpt/learned_map/cell_hash.h>
+#include <lamap_mrpt/learned_map/occupied_cells.h>
+#include <mrpt/img/color_maps.h>
+#include <mrpt/opengl/CSetOfObjects.h>
+#include <tsl/robin_map.h>
+
+#include <lamap_core/grid/block_grid.h>
+#include <algorithm>
+
+namespace lamap
+{
+namespace
+{
+using mrpt::opengl::COctoMapVoxels;
+
+using CellEstimates = tsl::robin_map<CellIndex, CellEstimate, CellIndexHash>;
+
+/// A cell that no side can be seen of: its neighbours along the axes are all there.
+bool isBuried(const CellIndex& cell, const CellEstimates& cells)
+{
+  const auto has = [&](int dx, int dy, int dz) {
+    return cells.count(CellIndex{cell.x + dx, cell.y + dy, cell.z + dz}) != 0;
+  };
+  return has(1, 0, 0) && has(-1, 0, 0) && has(0, 1, 0) && has(0, -1, 0) && has(0, 0, 1) && has(0, 0, -1);
+}
+
+/// From 0 to 1 over the range of what was offered; 0.5 if all was the same.
+class Scale
+{
+ public:
+  void offer(double number)
+  {
+    low_ = std::min(low_, number);
+    high_ = std::max(high_, number);
+  }
+  [[nodiscard]] float operator()(double number) const
+  {
+    return high_ > low_ ? static_cast<float>((number - low_) / (high_ - low_)) : 0.5f;
+  }
+
+ private:
+  double low_ = std::numeric_limits<double>::max();
+  double high_ = std::numeric_limits<double>::lowest();
+};
+
+double coloured(CLearnedMap::ColourBy by, const CellIndex& cell, const CellEstimate& estimate)
+{
+  if (by == CLearnedMap::ColourBy::Probability) return estimate.prob;
+  if (by == CLearnedMap::ColourBy::Variance) return estimate.variance.value_or(0.0);
+  return cell.z;
+}
+
+class VoxelView
+{
+ public:
+  VoxelView(const CLearnedMap& map, COctoMapVoxels& voxels) : map_(map), voxels_(voxels)
+  {
+    const auto& options = map.renderingOptions;
+    map.visitCells(
+        [&](const CellIndex& cell, const CellEstimate& estimate)
+        {
+          if (estimate.state == CellState::Occupied && options.generateOccupiedVoxels)
+            occupied_.emplace(cell, estimate);
+          else if (estimate.state == CellState::Free && options.generateFreeVoxels)
+            free_.emplace(cell, estimate);
+        });
+    // Heights are told apart among what stands out; the other two over all that is drawn.
+    for (const auto& [cell, estimate] : occupied_) scale_.offer(coloured(options.colourBy, cell, estimate));
+    if (options.colourBy == CLearnedMap::ColourBy::Height && !occupied_.empty()) return;
+    for (const auto& [cell, estimate] : free_) scale_.offer(coloured(options.colourBy, cell, estimate));
+  }
+
+  void fill()
+  {
+    const auto& options = map_.renderingOptions;
+    voxels_.clear();
+    voxels_.resizeVoxelSets(2);
+    voxels_.showVoxels(mrpt::opengl::VOXEL_SET_OCCUPIED, options.visibleOccupiedVoxels);
+    voxels_.showVoxels(mrpt::opengl::VOXEL_SET_FREESPACE, options.visibleFreeVoxels);
+    voxels_.setVisualizationMode(COctoMapVoxels::FIXED);  // each cube has its own colour
+    voxels_.enableLights(true);
+    voxels_.reserveVoxels(mrpt::opengl::VOXEL_SET_OCCUPIED, occupied_.size());
+    for (const auto& [cell, estimate] : occupied_)
+      if (!options.hideBuriedVoxels || !isBuried(cell, occupied_))
+        add(mrpt::opengl::VOXEL_SET_OCCUPIED, cell, estimate, 1.0);
+    voxels_.reserveVoxels(mrpt::opengl::VOXEL_SET_FREESPACE, free_.size());
+    for (const auto& [cell, estimate] : free_)
+      add(mrpt::opengl::VOXEL_SET_FREESPACE, cell, estimate, options.freeOpacity);
+    voxels_.sort_voxels_by_z();
+  }
+
+ private:
+  void add(mrpt::opengl::predefined_voxel_sets_t set, const CellIndex& cell, const CellEstimate& estimate,
+           double opacity)
+  {
+    const Eigen::Vector3f centre = cellCentre(cell, map_.resolution()).cast<float>();
+    const float place = scale_(coloured(map_.renderingOptions.colourBy, cell, estimate));
+    // Without the dark ends of the map of colours, which lighting makes black.
+    constexpr float kBlue = 0.125f;
+    constexpr float kRed = 0.875f;
+    mrpt::img::TColor colour =
+        mrpt::img::colormap(mrpt::img::cmJET, kBlue + (kRed - kBlue) * std::clamp(place, 0.0f, 1.0f));
+    colour.A = static_cast<uint8_t>(255 * opacity);
+    voxels_.push_back_Voxel(set, {{centre.x(), centre.y(), centre.z()}, map_.resolution(), colour});
+  }
+
+  const CLearnedMap& map_;
+  COctoMapVoxels& voxels_;
+  CellEstimates occupied_;
+  CellEstimates free_;
+  Scale scale_;
+};
+}  // namespace
+
+void CLearnedMap::getAsOctoMapVoxels(COctoMapVoxels& voxels) const
+{
+  VoxelView(*this, voxels).fill();
+  const auto box = boundingBox();
+  voxels.setBoundingBox(mrpt::math::TPoint3D(box.min), mrpt::math::TPoint3D(box.max));
+  voxels.showGridLines(renderingOptions.generateGridLines);
+  if (renderingOptions.generateGridLines) voxels.push_back_GridCube({box.min, box.max});
+}
+
+void CLearnedMap::getVisualizationInto(mrpt::opengl::CSetOfObjects& scene) const
+{
+  if (!genericMapParams.enableSaveAs3DObject) return;
+  const auto voxels = COctoMapVoxels::Create();
+  getAsOctoMapVoxels(*voxels);
+  scene.insert(voxels);
+}
+
+}  // namespace lamap

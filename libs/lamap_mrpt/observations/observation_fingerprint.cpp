@@ -1,0 +1,194 @@
+#include <lamap_mrpt/compat/mrpt_compat.h>
+#include <lamap_mrpt/observations/observation_fingerprint.h>
+#include <mrpt/maps/CPointsMap.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/obs/CObservation3DRangeScan.h>
+#include <mrpt/obs/CObservationPointCloud.h>
+#include <mrpt/obs/CObservationRotatingScan.h>
+#include <mrpt/obs/CObservationVelodyneScan.h>
+
+#include <cstring>
+#include <string>
+#include <type_traits>
+
+namespace lamap
+{
+namespace
+{
+using mrpt::obs::CObservation;
+using mrpt::obs::CObservation2DRangeScan;
+using mrpt::obs::CObservation3DRangeScan;
+using mrpt::obs::CObservationPointCloud;
+using mrpt::obs::CObservationRotatingScan;
+using mrpt::obs::CObservationVelodyneScan;
+
+/// Two independent multiply-and-rotate sums over 8 bytes at a time; for recognition, not against an attacker.
+class Hasher
+{
+ public:
+  void bytes(const void* first, size_t count)
+  {
+    const auto* at = static_cast<const unsigned char*>(first);
+    word(count);
+    for (; count >= sizeof(uint64_t); at += sizeof(uint64_t), count -= sizeof(uint64_t))
+    {
+      uint64_t next;
+      std::memcpy(&next, at, sizeof(next));
+      word(next);
+    }
+    uint64_t rest = 0;
+    std::memcpy(&rest, at, count);
+    word(rest);
+  }
+
+  template <typename T>
+  void number(T number)
+  {
+    static_assert(std::is_arithmetic_v<T>);
+    uint64_t bits = 0;
+    std::memcpy(&bits, &number, sizeof(number));
+    word(bits);
+  }
+  void text(const std::string& characters) { bytes(characters.data(), characters.size()); }
+  template <typename T, typename Allocator>
+  void vector(const std::vector<T, Allocator>& all)
+  {
+    bytes(all.data(), all.size() * sizeof(T));
+  }
+  template <typename T>
+  void matrix(const mrpt::math::CMatrixDynamic<T>& image)
+  {
+    number(image.rows());
+    if (image.size() == 0) return;  // MRPT refuses to point to nothing
+    bytes(image.data(), static_cast<size_t>(image.rows()) * static_cast<size_t>(image.cols()) * sizeof(T));
+  }
+  void pose(const mrpt::poses::CPose3D& pose)
+  {
+    for (const double coordinate : {pose.x(), pose.y(), pose.z(), pose.yaw(), pose.pitch(), pose.roll()})
+      number(coordinate);
+  }
+
+  [[nodiscard]] ObservationFingerprint result() const { return {a_, b_}; }
+
+ private:
+  void word(uint64_t next)
+  {
+    a_ = (a_ ^ next) * 0x9E3779B97F4A7C15ULL;
+    a_ ^= a_ >> 32;
+    b_ = ((b_ << 23 | b_ >> 41) + next) * 0xD6E8FEB86659FD93ULL;
+  }
+
+  uint64_t a_ = 0x243F6A8885A308D3ULL;
+  uint64_t b_ = 0x13198A2E03707344ULL;
+};
+
+void add(Hasher& hasher, const CObservation2DRangeScan& scan)
+{
+  hasher.number(1);
+  hasher.pose(scan.sensorPose);
+  hasher.number(scan.aperture);
+  hasher.number(scan.rightToLeft);
+  hasher.number(scan.maxRange);
+  hasher.number(scan.deltaPitch);
+  const size_t count = scan.getScanSize();
+  if (count == 0) return;
+  static_assert(std::is_same_v<decltype(scan.getScanRange(0)), const float&>, "ranges are kept in a row");
+  hasher.bytes(&scan.getScanRange(0), count * sizeof(float));
+  uint64_t valid = 0;
+  for (size_t i = 0; i < count; ++i)
+  {
+    valid = valid << 1 | (scan.getScanRangeValidity(i) ? 1u : 0u);
+    if (i % 64 == 63) hasher.number(std::exchange(valid, 0));
+  }
+  hasher.number(valid);
+}
+
+void add(Hasher& hasher, const mrpt::img::TCamera& camera)
+{
+  for (const double parameter : {camera.fx(), camera.fy(), camera.cx(), camera.cy()})
+    hasher.number(parameter);
+  for (const double parameter : camera.dist) hasher.number(parameter);
+  hasher.number(camera.nrows);
+  hasher.number(camera.ncols);
+}
+
+void add(Hasher& hasher, const CObservation3DRangeScan& scan)
+{
+  hasher.number(2);
+  hasher.pose(scan.sensorPose);
+  hasher.number(scan.maxRange);
+  hasher.number(scan.hasRangeImage);
+  hasher.number(scan.hasPoints3D);
+  hasher.number(scan.rangeUnits);
+  hasher.number(scan.range_is_depth);
+  add(hasher, scan.cameraParams);
+  if (scan.rangeImage_isExternallyStored()) hasher.text(scan.rangeImage_getExternalStorageFile(""));
+  if (scan.points3D_isExternallyStored()) hasher.text(scan.points3D_getExternalStorageFile());
+  hasher.matrix(scan.rangeImage);
+  hasher.vector(scan.points3D_x);
+  hasher.vector(scan.points3D_y);
+  hasher.vector(scan.points3D_z);
+}
+
+void add(Hasher& hasher, const CObservationPointCloud& cloud)
+{
+  hasher.number(3);
+  hasher.pose(cloud.sensorPose);
+  if (cloud.isExternallyStored()) hasher.text(cloud.getExternalStorageFile());
+  if (!cloud.pointcloud) return;
+  hasher.vector(cloud.pointcloud->getPointsBufferRef_x());
+  hasher.vector(cloud.pointcloud->getPointsBufferRef_y());
+  hasher.vector(cloud.pointcloud->getPointsBufferRef_z());
+}
+
+void add(Hasher& hasher, const CObservationVelodyneScan& scan)
+{
+  hasher.number(4);
+  hasher.pose(scan.sensorPose);
+  hasher.number(scan.minRange);
+  hasher.number(scan.maxRange);
+  hasher.vector(scan.point_cloud.x);
+  hasher.vector(scan.point_cloud.y);
+  hasher.vector(scan.point_cloud.z);
+  hasher.vector(scan.scan_packets);
+  hasher.vector(scan.calibration.laser_corrections);
+}
+
+void add(Hasher& hasher, const CObservationRotatingScan& scan)
+{
+  hasher.number(5);
+  hasher.pose(scan.sensorPose);
+  hasher.number(scan.rowCount);
+  hasher.number(scan.minRange);
+  hasher.number(scan.maxRange);
+  hasher.number(scan.rangeResolution);
+  hasher.number(scan.startAzimuth);
+  hasher.number(scan.azimuthSpan);
+  hasher.text(scan.lidarModel);
+  hasher.matrix(scan.rangeImage);
+}
+
+template <typename Observation>
+std::optional<ObservationFingerprint> fingerprintIf(const CObservation& observation)
+{
+  const auto* typed = dynamic_cast<const Observation*>(&observation);
+  if (!typed) return std::nullopt;
+  Hasher hasher;
+  add(hasher, *typed);
+  return hasher.result();
+}
+}  // namespace
+
+std::optional<ObservationFingerprint> fingerprintOf(const CObservation& observation)
+{
+  if (const auto print = fingerprintIf<CObservation2DRangeScan>(observation)) return print;
+  if (const auto print = fingerprintIf<CObservationPointCloud>(observation)) return print;
+  if (const auto print = fingerprintIf<CObservation3DRangeScan>(observation)) return print;
+  if (const auto print = fingerprintIf<CObservationVelodyneScan>(observation)) return print;
+  const auto* rotating = dynamic_cast<const CObservationRotatingScan*>(&observation);
+  // Points of their own are not looked at here.
+  if (rotating && compat::hasOrganizedPoints(*rotating)) return std::nullopt;
+  return fingerprintIf<CObservationRotatingScan>(observation);
+}
+
+}  // namespace lamap

@@ -1,0 +1,235 @@
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_tools/cells/cell_map.h>
+#include <lamap_tools/cells/octomap_file.h>
+#include <mrpt/maps/CColouredOctoMap.h>
+#include <mrpt/maps/COccupancyGridMap2D.h>
+#include <mrpt/maps/COctoMap.h>
+#include <mrpt/opengl/COctoMapVoxels.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+#include <stdexcept>
+
+namespace lamap::tools
+{
+namespace
+{
+double logoddsOf(double prob)
+{
+  return std::log(prob) - std::log1p(-prob);
+}
+
+class LearnedCells : public CellMap
+{
+ public:
+  explicit LearnedCells(std::shared_ptr<CLearnedMap> map) : map_(std::move(map)) {}
+
+  std::string className() const override { return map_->GetRuntimeClass()->className; }
+  double resolution() const override { return map_->resolution(); }
+  std::vector<std::string> evidenceNames() const override { return map_->evidenceNames(); }
+  std::optional<CellEstimate> estimateAt(const mrpt::math::TPoint3D& point_map) const override
+  {
+    return map_->estimateAt(point_map);
+  }
+  void visitCells(const CellVisitor& visitor) const override { map_->visitCells(visitor); }
+
+ private:
+  std::shared_ptr<CLearnedMap> map_;
+};
+
+/// MRPT keeps its octree to itself (COctoMapBase::Impl), so leaves are asked for as voxels to draw.
+template <class OctoMap>
+class MrptOctoCells : public CellMap
+{
+ public:
+  explicit MrptOctoCells(std::shared_ptr<OctoMap> map) : map_(std::move(map)) {}
+
+  std::string className() const override { return map_->GetRuntimeClass()->className; }
+  double resolution() const override { return map_->getResolution(); }
+  std::vector<std::string> evidenceNames() const override { return {"logodds"}; }
+
+  std::optional<CellEstimate> estimateAt(const mrpt::math::TPoint3D& point_map) const override
+  {
+    // At its centre, since MRPT rounds the point to float first.
+    const auto cell = cellAt({point_map.x, point_map.y, point_map.z}, resolution());
+    if (!cell) return std::nullopt;
+    return estimateOf(*cell);
+  }
+
+  void visitCells(const CellVisitor& visitor) const override
+  {
+    const auto leaves = leavesAsVoxels();
+    const double r = resolution();
+    double cells = 0;
+    for (size_t set = 0; set < leaves->getVoxelSetCount(); ++set)
+      for (size_t i = 0; i < leaves->getVoxelCount(set); ++i)
+        cells += std::pow(std::round(leaves->getVoxel(set, i).side_length / r), 3);
+    requireCountOfCells(cells);
+    for (size_t set = 0; set < leaves->getVoxelSetCount(); ++set)
+    {
+      for (size_t i = 0; i < leaves->getVoxelCount(set); ++i)
+      {
+        const auto& leaf = leaves->getVoxel(set, i);
+        const double half_m = leaf.side_length / 2;
+        const auto first = [&](double centre_m)
+        { return static_cast<int>(std::lround((centre_m - half_m) / r)); };
+        visitLeaf({first(leaf.coords.x), first(leaf.coords.y), first(leaf.coords.z)},
+                  static_cast<int>(std::lround(leaf.side_length / r)), visitor);
+      }
+    }
+  }
+
+ private:
+  mrpt::opengl::COctoMapVoxels::Ptr leavesAsVoxels() const
+  {
+    const auto drawn = map_->renderingOptions;
+    map_->renderingOptions = {};
+    map_->renderingOptions.generateOccupiedVoxels = true;
+    map_->renderingOptions.generateFreeVoxels = true;
+    auto leaves = mrpt::opengl::COctoMapVoxels::Create();
+    map_->getAsOctoMapVoxels(*leaves);
+    map_->renderingOptions = drawn;
+    return leaves;
+  }
+
+  void visitLeaf(const CellIndex& first, int edge, const CellVisitor& visitor) const
+  {
+    const auto estimate = estimateOf(first);
+    if (!estimate) return;
+    for (int z = 0; z < edge; ++z)
+      for (int y = 0; y < edge; ++y)
+        for (int x = 0; x < edge; ++x) visitor({first.x + x, first.y + y, first.z + z}, *estimate);
+  }
+
+  std::optional<CellEstimate> estimateOf(const CellIndex& cell) const
+  {
+    const Eigen::Vector3d centre = cellCentre(cell, resolution());
+    CellEstimate estimate;
+    if (!map_->getPointOccupancy(static_cast<float>(centre.x()), static_cast<float>(centre.y()),
+                                 static_cast<float>(centre.z()), estimate.prob))
+      return std::nullopt;
+    estimate.state = estimate.prob >= map_->getOccupancyThres() ? CellState::Occupied : CellState::Free;
+    estimate.evidence[0] = logoddsOf(estimate.prob);
+    return estimate;
+  }
+
+  std::shared_ptr<OctoMap> map_;
+};
+
+class GridCells : public CellMap
+{
+ public:
+  explicit GridCells(std::shared_ptr<mrpt::maps::COccupancyGridMap2D> map) : map_(std::move(map)) {}
+
+  std::string className() const override { return map_->GetRuntimeClass()->className; }
+  /// MRPT holds it as float: 0.1 shall not become 0.10000000149.
+  double resolution() const override
+  {
+    std::array<char, 32> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), map_->getResolution());
+    double resolution_m = 0;
+    std::from_chars(text.data(), end.ptr, resolution_m);
+    return resolution_m;
+  }
+  std::vector<std::string> evidenceNames() const override { return {"logodds"}; }
+
+  std::optional<CellEstimate> estimateAt(const mrpt::math::TPoint3D& point_map) const override
+  {
+    const auto cell = cellAt({point_map.x, point_map.y, point_map.z}, resolution());
+    if (!cell || cell->z != 0) return std::nullopt;
+    return estimateOf(cell->x - firstIndex(map_->getXMin()), cell->y - firstIndex(map_->getYMin()));
+  }
+
+  void visitCells(const CellVisitor& visitor) const override
+  {
+    const int firstX = firstIndex(map_->getXMin());
+    const int firstY = firstIndex(map_->getYMin());
+    for (int y = 0; y < static_cast<int>(map_->getSizeY()); ++y)
+      for (int x = 0; x < static_cast<int>(map_->getSizeX()); ++x)
+        if (const auto estimate = estimateOf(x, y)) visitor({firstX + x, firstY + y, 0}, *estimate);
+  }
+
+ private:
+  int firstIndex(double limit_m) const { return static_cast<int>(std::lround(limit_m / resolution())); }
+
+  std::optional<CellEstimate> estimateOf(int x, int y) const
+  {
+    if (x < 0 || y < 0 || x >= static_cast<int>(map_->getSizeX()) || y >= static_cast<int>(map_->getSizeY()))
+      return std::nullopt;
+    const auto* row = map_->getRow(y);
+    if (row[x] == 0) return std::nullopt;  // log-odds 0: as the grid was made
+    CellEstimate estimate;
+    estimate.prob = 1.0 - static_cast<double>(map_->getCell(x, y));  // MRPT's grids hold P(free)
+    estimate.state = estimate.prob > 0.5 ? CellState::Occupied : CellState::Free;
+    estimate.evidence[0] = logoddsOf(estimate.prob);
+    return estimate;
+  }
+
+  std::shared_ptr<mrpt::maps::COccupancyGridMap2D> map_;
+};
+}  // namespace
+
+std::unique_ptr<CellMap> cellsOf(const mrpt::maps::CMetricMap::Ptr& map)
+{
+  if (auto learned = std::dynamic_pointer_cast<CLearnedMap>(map))
+    return std::make_unique<LearnedCells>(learned);
+  if (auto octo = std::dynamic_pointer_cast<mrpt::maps::COctoMap>(map))
+    return std::make_unique<MrptOctoCells<mrpt::maps::COctoMap>>(octo);
+  if (auto coloured = std::dynamic_pointer_cast<mrpt::maps::CColouredOctoMap>(map))
+    return std::make_unique<MrptOctoCells<mrpt::maps::CColouredOctoMap>>(coloured);
+  if (auto grid = std::dynamic_pointer_cast<mrpt::maps::COccupancyGridMap2D>(map))
+    return std::make_unique<GridCells>(grid);
+  return nullptr;
+}
+
+OpenedMap openMap(const std::string& path)
+{
+  OpenedMap opened;
+  if (isOctomapFile(path))
+  {
+    opened.cells = readOctomapFile(path);
+    return opened;
+  }
+  opened.map = loadMapFile(path);
+  opened.cells = cellsOf(opened.map);
+  return opened;
+}
+
+std::unique_ptr<CellMap> openCellMap(const std::string& path)
+{
+  OpenedMap opened = openMap(path);
+  if (!opened.cells)
+    throw std::runtime_error(path + ": its map is a " + opened.map->GetRuntimeClass()->className +
+                             ", which has no cells; expected one of this library's maps, COctoMap, "
+                             "CColouredOctoMap, COccupancyGridMap2D, or a .ot or .bt file");
+  return std::move(opened.cells);
+}
+
+void requireCountOfCells(double cells)
+{
+  constexpr double kMostCells = 8589934592.0;
+  if (cells <= kMostCells) return;
+  std::ostringstream why;
+  why << "the octree's leaves stand for " << std::setprecision(3) << cells
+      << " finest cells, more than 2^33 can be read one by one";
+  throw std::runtime_error(why.str());
+}
+
+const char* stateName(CellState state)
+{
+  switch (state)
+  {
+    case CellState::Free:
+      return "free";
+    case CellState::Occupied:
+      return "occupied";
+    case CellState::Unknown:
+      break;
+  }
+  return "unknown";
+}
+
+}  // namespace lamap::tools

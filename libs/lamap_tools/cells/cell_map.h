@@ -1,0 +1,67 @@
+#pragma once
+
+#include <lamap_core/grid/cell.h>
+#include <lamap_mrpt/learned_map/CLearnedMap.h>
+#include <mrpt/maps/CMetricMap.h>
+#include <mrpt/math/TPoint3D.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace lamap::tools
+{
+/** Any map of cells, ours or a peer's, read in one way.
+ *
+ * Cells are those of lamap_core/cell.h, which are OctoMap's too: cell i covers [i·r, (i+1)·r). Leaves of an
+ * octree that are larger than a finest cell are expanded.
+ */
+class CellMap
+{
+ public:
+  virtual ~CellMap() = default;
+
+  /// The class that holds the cells, e.g. "lamap::CBGKMap", "octomap::OcTree".
+  [[nodiscard]] virtual std::string className() const = 0;
+  /// Edge of a finest cell [m].
+  [[nodiscard]] virtual double resolution() const = 0;
+  /// Names of CellEstimate::evidence, in its order; one or two.
+  [[nodiscard]] virtual std::vector<std::string> evidenceNames() const = 0;
+  /// What the map says at a point of the map frame [m]; nothing where it was not observed.
+  [[nodiscard]] virtual std::optional<CellEstimate> estimateAt(
+      const mrpt::math::TPoint3D& point_map) const = 0;
+
+  using CellVisitor = CLearnedMap::CellVisitor;
+  /// Calls the visitor once for every finest cell that has evidence; no order is promised.
+  virtual void visitCells(const CellVisitor& visitor) const = 0;
+};
+
+/// A map file, read.
+struct OpenedMap
+{
+  /// The file's map; nothing where the file is an OctoMap tree.
+  mrpt::maps::CMetricMap::Ptr map;
+  /// Its cells; nothing where the map has none (a point map, say).
+  std::unique_ptr<CellMap> cells;
+};
+
+/** Reads a map file: `.ot` and `.bt` with OctoMap, anything else as a saved MRPT map.
+ * @throws std::runtime_error naming the file and what is wrong: missing, cut short, of another kind. */
+[[nodiscard]] OpenedMap openMap(const std::string& path);
+
+/// As openMap, for those who need cells. @throws also where the map has none, naming its class.
+[[nodiscard]] std::unique_ptr<CellMap> openCellMap(const std::string& path);
+
+/** The cells of a CLearnedMap, COctoMap, CColouredOctoMap or COccupancyGridMap2D (its layer is z index 0,
+ * cells never observed are left out); nullptr for any other class. Keeps the map alive. */
+[[nodiscard]] std::unique_ptr<CellMap> cellsOf(const mrpt::maps::CMetricMap::Ptr& map);
+
+/** Refuses to expand the leaves of an octree into more finest cells than any machine holds.
+ * @throws std::runtime_error naming the count if it is above 2^33. */
+void requireCountOfCells(double cells);
+
+/// "free", "occupied" or "unknown".
+[[nodiscard]] const char* stateName(CellState state);
+
+}  // namespace lamap::tools

@@ -1,0 +1,98 @@
+#include <lamap_tools/cells/cell_table.h>
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+namespace lamap::tools
+{
+bool inTableOrder(const CellIndex& a, const CellIndex& b)
+{
+  return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
+}
+
+namespace
+{
+void sortRows(std::vector<CellRow>& rows)
+{
+  std::sort(rows.begin(), rows.end(),
+            [](const CellRow& a, const CellRow& b) { return inTableOrder(a.index, b.index); });
+}
+}  // namespace
+
+void CellExtent::include(const CellIndex& cell)
+{
+  first = {std::min(first.x, cell.x), std::min(first.y, cell.y), std::min(first.z, cell.z)};
+  last = {std::max(last.x, cell.x), std::max(last.y, cell.y), std::max(last.z, cell.z)};
+}
+
+std::optional<CellExtent> cellExtent(const CellMap& map)
+{
+  std::optional<CellExtent> extent;
+  map.visitCells(
+      [&](const CellIndex& cell, const CellEstimate&)
+      {
+        if (!extent) extent = CellExtent{cell, cell};
+        extent->include(cell);
+      });
+  return extent;
+}
+
+const CellRow* CellTable::find(const CellIndex& cell) const
+{
+  const auto row =
+      std::lower_bound(rows.begin(), rows.end(), cell,
+                       [](const CellRow& a, const CellIndex& b) { return inTableOrder(a.index, b); });
+  return row != rows.end() && row->index == cell ? &*row : nullptr;
+}
+
+CellTable readCellTable(const CellMap& map)
+{
+  CellTable table;
+  table.className = map.className();
+  table.resolution_m = map.resolution();
+  table.evidenceNames = map.evidenceNames();
+  map.visitCells(
+      [&](const CellIndex& cell, const CellEstimate& estimate) {
+        table.rows.push_back({cell, estimate});
+      });
+  sortRows(table.rows);
+  return table;
+}
+
+CellTable readCellTable(const std::string& path)
+{
+  return readCellTable(*openCellMap(path));
+}
+
+void visitCellsSorted(const CellMap& map, const std::function<void(const CellRow&)>& visitor,
+                      size_t maxRowsInMemory)
+{
+  std::map<int32_t, size_t> cellsOfLayer;
+  map.visitCells([&](const CellIndex& cell, const CellEstimate&) { ++cellsOfLayer[cell.z]; });
+
+  std::vector<CellRow> rows;
+  for (auto layer = cellsOfLayer.begin(); layer != cellsOfLayer.end();)
+  {
+    const int32_t firstZ = layer->first;
+    int32_t lastZ = firstZ;
+    size_t count = 0;
+    while (layer != cellsOfLayer.end() && (count == 0 || count + layer->second <= maxRowsInMemory))
+    {
+      count += layer->second;
+      lastZ = layer->first;
+      ++layer;
+    }
+    rows.clear();
+    rows.reserve(count);
+    map.visitCells(
+        [&](const CellIndex& cell, const CellEstimate& estimate)
+        {
+          if (cell.z >= firstZ && cell.z <= lastZ) rows.push_back({cell, estimate});
+        });
+    sortRows(rows);
+    for (const CellRow& row : rows) visitor(row);
+  }
+}
+
+}  // namespace lamap::tools

@@ -1,0 +1,297 @@
+#include <lamap_mrpt/files/atomic_file.h>
+#include <lamap_tools/cells/cell_table.h>
+#include <lamap_tools/cells/octomap_file.h>
+#include <lamap_tools/files/file_output.h>
+#include <octomap/ColorOcTree.h>
+#include <octomap/OcTree.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+namespace lamap::tools
+{
+namespace
+{
+/// OctoMap's key of the cell with index 0.
+constexpr int kKeyOfZero = 32768;
+
+std::string lowerExtension(const std::string& path)
+{
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+template <class Tree>
+class OctomapCells : public CellMap
+{
+ public:
+  explicit OctomapCells(std::unique_ptr<Tree> tree) : tree_(std::move(tree)) {}
+
+  std::string className() const override { return "octomap::" + tree_->getTreeType(); }
+  double resolution() const override { return tree_->getResolution(); }
+  std::vector<std::string> evidenceNames() const override { return {"logodds"}; }
+
+  std::optional<CellEstimate> estimateAt(const mrpt::math::TPoint3D& point_map) const override
+  {
+    octomap::OcTreeKey key;
+    if (!tree_->coordToKeyChecked(point_map.x, point_map.y, point_map.z, key)) return std::nullopt;
+    const auto* node = tree_->search(key);
+    if (node == nullptr) return std::nullopt;
+    return estimateOf(*node);
+  }
+
+  void visitCells(const CellVisitor& visitor) const override
+  {
+    requireExpandable();
+    for (auto leaf = tree_->begin_leafs(), end = tree_->end_leafs(); leaf != end; ++leaf)
+    {
+      const int edge = 1 << (tree_->getTreeDepth() - leaf.getDepth());
+      const CellEstimate estimate = estimateOf(*leaf);
+      const octomap::OcTreeKey first = leaf.getIndexKey();
+      for (int z = 0; z < edge; ++z)
+        for (int y = 0; y < edge; ++y)
+          for (int x = 0; x < edge; ++x)
+            visitor({first[0] - kKeyOfZero + x, first[1] - kKeyOfZero + y, first[2] - kKeyOfZero + z},
+                    estimate);
+    }
+  }
+
+ private:
+  /// A tree of one node may stand for 2^48 cells.
+  void requireExpandable() const
+  {
+    double cells = 0;
+    for (auto leaf = tree_->begin_leafs(), end = tree_->end_leafs(); leaf != end; ++leaf)
+      cells += std::exp2(3.0 * (tree_->getTreeDepth() - leaf.getDepth()));
+    requireCountOfCells(cells);
+  }
+
+  template <class Node>
+  CellEstimate estimateOf(const Node& node) const
+  {
+    CellEstimate estimate;
+    const double logodds = static_cast<double>(node.getLogOdds());
+    estimate.prob = 1.0 / (1.0 + std::exp(-logodds));
+    estimate.state = tree_->isNodeOccupied(node) ? CellState::Occupied : CellState::Free;
+    estimate.evidence[0] = logodds;
+    return estimate;
+  }
+
+  std::unique_ptr<Tree> tree_;
+};
+
+/// What the text header of both formats says, lines of "key value" up to "data".
+struct OctomapHeader
+{
+  std::string id;
+  size_t nodes = 0;
+  double resolution_m = 0;
+};
+
+std::optional<OctomapHeader> readHeader(std::istream& in, const std::string& magic)
+{
+  OctomapHeader header;
+  std::string line;
+  if (!std::getline(in, line) || line.compare(0, magic.size(), magic) != 0) return std::nullopt;
+  constexpr int kMaxHeaderLines = 1000;
+  for (int count = 0; count < kMaxHeaderLines && std::getline(in, line); ++count)
+  {
+    std::istringstream words(line);
+    std::string key;
+    words >> key;
+    if (key == "data") return header;
+    if (key == "id") words >> header.id;
+    if (key == "size") words >> header.nodes;
+    if (key == "res") words >> header.resolution_m;
+  }
+  return std::nullopt;
+}
+
+[[noreturn]] void failRead(const std::string& path, const std::string& why)
+{
+  throw std::runtime_error(path + ": " + why);
+}
+
+constexpr int kTreeDepth = 16;
+
+/** Walks the nodes of a file without building them. OctoMap itself goes on making children when the bytes
+ * have run out or lie, so a file is let in only after this.
+ * @return nodes at and below this one; nothing if the file ends too early or the tree is deeper than
+ * OctoMap's. */
+std::optional<size_t> countNodes(std::istream& in, size_t bytesBeforeChildren, int depth)
+{
+  std::array<char, 16> skipped{};
+  char children = 0;
+  in.read(skipped.data(), static_cast<std::streamsize>(bytesBeforeChildren));
+  if (!in.get(children) || (depth == kTreeDepth && children != 0)) return std::nullopt;
+  size_t nodes = 1;
+  for (int child = 0; child < 8; ++child)
+  {
+    if ((static_cast<unsigned char>(children) >> child & 1U) == 0) continue;
+    const auto below = countNodes(in, bytesBeforeChildren, depth + 1);
+    if (!below) return std::nullopt;
+    nodes += *below;
+  }
+  return nodes;
+}
+
+/// The same for .bt: an inner node is two bits for each child; 0 none, 1 and 2 leaves, 3 an inner node that
+/// follows.
+std::optional<size_t> countBinaryNodes(std::istream& in, int depth)
+{
+  std::array<char, 2> bytes{};
+  if (!in.read(bytes.data(), 2)) return std::nullopt;
+  const unsigned labels =
+      static_cast<unsigned char>(bytes[0]) | unsigned{static_cast<unsigned char>(bytes[1])} << 8U;
+  size_t nodes = 1;
+  for (int child = 0; child < 8; ++child)
+  {
+    const unsigned label = labels >> (2 * child) & 3U;
+    if (label != 0 && depth == kTreeDepth) return std::nullopt;
+    if (label == 1 || label == 2) ++nodes;
+    if (label != 3) continue;
+    const auto below = countBinaryNodes(in, depth + 1);
+    if (!below) return std::nullopt;
+    nodes += *below;
+  }
+  return nodes;
+}
+
+void requireWhole(const std::string& path, const OctomapHeader& header, std::istream& in, bool binary)
+{
+  if (header.nodes == 0) return;
+  const auto begin = in.tellg();
+  const size_t bytesBeforeChildren = header.id == "ColorOcTree" ? sizeof(float) + 3 : sizeof(float);
+  const auto nodes = binary ? countBinaryNodes(in, 0) : countNodes(in, bytesBeforeChildren, 0);
+  if (nodes != header.nodes)
+    failRead(path, "is cut short or damaged: its header says " + std::to_string(header.nodes) + " nodes, " +
+                       (nodes ? "it holds " + std::to_string(*nodes) : "its tree does not end well"));
+  in.clear();
+  in.seekg(begin);
+}
+
+std::unique_ptr<CellMap> readTree(const std::string& path, const OctomapHeader& header, std::istream& in)
+{
+  const auto read = [&](auto tree) -> std::unique_ptr<CellMap>
+  {
+    using Tree = typename decltype(tree)::element_type;
+    requireWhole(path, header, in, false);
+    if (header.nodes > 0) tree->readData(in);
+    return std::make_unique<OctomapCells<Tree>>(std::move(tree));
+  };
+  if (header.id == "OcTree") return read(std::make_unique<octomap::OcTree>(header.resolution_m));
+  if (header.id == "ColorOcTree") return read(std::make_unique<octomap::ColorOcTree>(header.resolution_m));
+  failRead(path, "holds a tree of kind '" + header.id + "'; expected OcTree or ColorOcTree");
+}
+}  // namespace
+
+bool isOctomapFile(const std::string& path)
+{
+  const std::string extension = lowerExtension(path);
+  return extension == ".ot" || extension == ".bt";
+}
+
+std::unique_ptr<CellMap> readOctomapFile(const std::string& path)
+{
+  if (std::filesystem::is_directory(path)) failRead(path, "is a folder, not a file");
+  std::ifstream in(path, std::ios::binary);
+  if (!in) failRead(path, std::string("cannot be opened: ") + std::strerror(errno));
+  const bool binary = lowerExtension(path) == ".bt";
+  const auto header = readHeader(in, binary ? "# Octomap OcTree binary file" : "# Octomap OcTree file");
+  if (!header)
+    failRead(path, binary ? "is not an OctoMap .bt file (no '# Octomap OcTree binary file' header)"
+                          : "is not an OctoMap .ot file (no '# Octomap OcTree file' header)");
+  if (!(header->resolution_m > 0) || !std::isfinite(header->resolution_m))
+    failRead(path,
+             "states a resolution of " + std::to_string(header->resolution_m) + " m; expected one above 0");
+  if (!binary) return readTree(path, *header, in);
+
+  auto tree = std::make_unique<octomap::OcTree>(header->resolution_m);
+  requireWhole(path, *header, in, true);
+  if (header->nodes > 0) tree->readBinaryData(in);
+  return std::make_unique<OctomapCells<octomap::OcTree>>(std::move(tree));
+}
+
+namespace
+{
+void requireKeys(const CellExtent& extent, const std::string& path, double resolution_m)
+{
+  const auto beyond = [](int index) { return index < -kKeyOfZero || index >= kKeyOfZero; };
+  const CellIndex& a = extent.first;
+  const CellIndex& b = extent.last;
+  if (!beyond(a.x) && !beyond(a.y) && !beyond(a.z) && !beyond(b.x) && !beyond(b.y) && !beyond(b.z)) return;
+  std::ostringstream why;
+  why.precision(10);
+  why << path << ": OctoMap's files reach 32,768 cells from the origin (" << kKeyOfZero * resolution_m
+      << " m at " << resolution_m << " m), the map extends over x " << a.x * resolution_m << " .. "
+      << (b.x + 1.0) * resolution_m << " m, y " << a.y * resolution_m << " .. " << (b.y + 1.0) * resolution_m
+      << " m, z " << a.z * resolution_m << " .. " << (b.z + 1.0) * resolution_m << " m";
+  throw std::runtime_error(why.str());
+}
+
+/// OctoMap's own writers cut the resolution to six digits and talk on the standard error.
+void writeTree(const octomap::OcTree& tree, bool binary, std::ostream& out)
+{
+  out << (binary ? "# Octomap OcTree binary file" : "# Octomap OcTree file")
+      << "\n# (feel free to add / change comments, but leave the first line as it is!)\n#\nid "
+      << tree.getTreeType() << "\nsize " << tree.size() << "\nres " << shortest(tree.getResolution())
+      << "\ndata\n";
+  if (binary)
+    tree.writeBinaryData(out);
+  else
+    tree.writeData(out);
+}
+
+octomap::OcTreeKey keyOf(const CellIndex& cell)
+{
+  const auto key = [](int index) { return static_cast<octomap::key_type>(index + kKeyOfZero); };
+  return {key(cell.x), key(cell.y), key(cell.z)};
+}
+}  // namespace
+
+void writeOctomapFile(const CellMap& map, const std::string& path)
+{
+  const bool binary = lowerExtension(path) == ".bt";
+  const auto extent = cellExtent(map);
+  if (!extent) throw std::runtime_error(path + ": the map is empty, there is no cell to write");
+  requireKeys(*extent, path, map.resolution());
+
+  octomap::OcTree tree(map.resolution());
+  tree.setClampingThresMin(0);  // log-odds -inf .. inf: setNodeValue clamps to these
+  tree.setClampingThresMax(1);
+  map.visitCells(
+      [&](const CellIndex& cell, const CellEstimate& estimate)
+      {
+        if (binary && estimate.state == CellState::Unknown) return;
+        const double logodds = binary ? (estimate.state == CellState::Occupied ? 1.0 : -1.0)
+                                      : std::log(estimate.prob) - std::log1p(-estimate.prob);
+        constexpr bool kUpdateInnerNodesLater = true;
+        tree.setNodeValue(keyOf(cell), static_cast<float>(logodds), kUpdateInnerNodesLater);
+      });
+  if (tree.size() == 0)
+    throw std::runtime_error(path +
+                             ": no cell is free or occupied, a .bt file has nothing to hold; .ot keeps "
+                             "probabilities of unknown cells too");
+  tree.updateInnerOccupancy();
+  tree.prune();
+
+  AtomicFile file(path);
+  std::ofstream out(file.temporaryPath(), std::ios::binary | std::ios::trunc);
+  writeTree(tree, binary, out);
+  out.close();
+  if (!out) throw std::runtime_error(path + ": cannot be written: " + std::strerror(errno));
+  file.commit();
+}
+
+}  // namespace lamap::tools

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <lamap_tools/commands/compare.h>
+#include <lamap_tools/scores/truth.h>
+
+#include <string>
+
+#include <lamap_tools/pictures/text_table.h>
+
+namespace lamap::tools
+{
+/// The one table of a comparison: a head, and a row a map.
+[[nodiscard]] TextTable comparisonTable(const Comparison& comparison);
+
+/** Writes a page that holds all it shows: the table, and each map (and the truth, where there is one) from
+ * above and in 3D, all framed alike. What cannot be drawn is said in its place.
+ * @param truth  may be null. @throws std::runtime_error naming the file if it cannot be written */
+void writeComparisonPage(const Comparison& comparison, const Truth* truth, const std::string& path);
+
+}  // namespace lamap::tools

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <lamap_core/scan/scan_labels.h>
+#include <lamap_mrpt/learned_map/cell_hash.h>
+#include <lamap_tools/cells/cell_map.h>
+#include <lamap_tools/inputs/scan_inserter.h>
+#include <lamap_tools/inputs/scan_source.h>
+#include <lamap_tools/scores/map_scores.h>
+#include <tsl/robin_map.h>
+
+#include <map>
+#include <string>
+
+namespace lamap::tools
+{
+/// Chooses every so many-th scan of each sensor. Belongs to one thread.
+class HeldOutChoice
+{
+ public:
+  /// @param every ≥ 2
+  explicit HeldOutChoice(size_t every) : every_(every) {}
+
+  /// To be asked once for each item whose rays can be read, in their order.
+  [[nodiscard]] bool isHeldOut(const ScanItem& item);
+  [[nodiscard]] size_t heldOut() const { return heldOut_; }
+  /// Of the sensor that gave most.
+  [[nodiscard]] size_t mostScans() const;
+
+ private:
+  size_t every_;
+  size_t heldOut_ = 0;
+  std::map<std::string, size_t> scansOf_;
+};
+
+/** What scans show, counted cell by cell, so that the memory depends on the place and not on the number of
+ * scans. Const methods may be called from several threads. */
+class HeldOutCells
+{
+ public:
+  explicit HeldOutCells(double resolution_m) : resolution_m_(resolution_m) {}
+
+  void add(const ScanLabels& labels);
+  /// Asks a map about all cells.
+  void ask(const CellMap& map, PredictionTally& tally) const;
+  [[nodiscard]] bool empty() const { return votes_.empty(); }
+
+ private:
+  /// How often scans showed a cell occupied and free.
+  struct Votes
+  {
+    uint64_t occupied = 0;
+    uint64_t free = 0;
+  };
+
+  double resolution_m_;
+  tsl::robin_map<CellIndex, Votes, CellIndexHash> votes_;
+};
+
+/// Asks a map about the cells that one scan shows.
+void askAboutLabels(const CellMap& map, const ScanLabels& labels, PredictionTally& tally);
+
+/// How the scans that score this map label its cells. @param maxRange_m as HeldOutOptions::maxRange_m
+[[nodiscard]] LabelRules labelRulesFor(const mrpt::maps::CMetricMap& map, const CellMap& cells,
+                                       double maxRange_m);
+
+}  // namespace lamap::tools

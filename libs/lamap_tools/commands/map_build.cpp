@@ -1,0 +1,270 @@
+#include <lamap_mrpt/files/atomic_file.h>
+#include <lamap_mrpt/files/map_file.h>
+#include <lamap_mrpt/learned_map/CLearnedMap.h>
+#include <lamap_tools/cells/cell_map.h>
+#include <lamap_tools/cells/octomap_file.h>
+#include <lamap_tools/commands/map_build.h>
+#include <lamap_tools/files/usage_error.h>
+#include <mrpt/config/CConfigFile.h>
+#include <mrpt/core/format.h>
+#include <mrpt/maps/COctoMap.h>
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+namespace lamap::tools
+{
+using mrpt::maps::CMetricMap;
+
+namespace
+{
+bool endsWith(const std::string& text, const std::string& ending)
+{
+  return text.size() > ending.size() && text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+bool isOctree(const std::string& path)
+{
+  return endsWith(path, ".ot");
+}
+
+void requireOutputName(const std::string& path)
+{
+  if (endsWith(path, ".lamap.gz") || isOctree(path)) return;
+  throw UsageError("-o " + path + ": the name must end in .lamap.gz, or with -m octoMap in .ot");
+}
+
+/// Settings of a configuration file for a map that exists already.
+std::vector<Setting> settingsIn(const std::string& configPath, const std::string& mapName)
+{
+  const mrpt::config::CConfigFile config(configPath);
+  const std::string prefix = "map_" + mapName + "_00_";
+  std::vector<Setting> settings;
+  std::vector<std::string> sections;
+  config.getAllSections(sections);
+  for (const std::string& section : sections)
+  {
+    if (section.compare(0, prefix.size(), prefix) != 0) continue;
+    std::vector<std::string> keys;
+    config.getAllKeys(section, keys);
+    for (const std::string& key : keys)
+      settings.push_back(
+          {section.substr(prefix.size()), key, withoutComment(config.read_string(section, key, ""))});
+  }
+  return settings;
+}
+
+std::string valueOf(const CLearnedMap& map, const Setting& setting)
+{
+  for (const OptionValue& option : map.optionValues())
+    if (option.section == setting.section && option.key == setting.key) return option.text;
+  return "something else";
+}
+
+/// @throws UsageError or std::runtime_error (for the file) if a setting is not what the saved map has.
+void requireSameOptions(const CLearnedMap& map, const BuildOptions& options, const std::string& nameInFile)
+{
+  const auto conflict = [&](const Setting& setting) -> std::string
+  {
+    const std::string name = setting.section + "." + setting.key;
+    if (map.optionIs(setting.section, setting.key, setting.text)) return "";
+    return name + "=" + setting.text + ", but " + options.ontoPath + " was made with " + name + "=" +
+           valueOf(map, setting) + ": a saved map goes on with its own options";
+  };
+  if (!options.map.configPath.empty())
+    for (const Setting& setting : settingsIn(options.map.configPath, nameInFile))
+      if (const std::string text = conflict(setting); !text.empty())
+        throw std::runtime_error(options.map.configPath + ": " + text);
+  for (const std::string& text : options.map.settings)
+    if (const std::string what = conflict(parseSetting(text)); !what.empty()) throw UsageError("-s " + what);
+}
+
+CMetricMap::Ptr savedMap(const BuildOptions& options)
+{
+  const CMetricMap::Ptr map = loadMapFile(options.ontoPath);
+  const auto learned = std::dynamic_pointer_cast<CLearnedMap>(map);
+  if (!learned)
+    throw std::runtime_error(options.ontoPath + ": its map is a " + map->GetRuntimeClass()->className +
+                             "; only maps of this library keep all it takes to go on with them");
+  std::string nameInFile = learned->alias();
+  if (!options.map.mapName.empty() || !options.map.configPath.empty())
+  {
+    MapRequest request = options.map;
+    request.settings.clear();  // judged by the saved map itself
+    const MapDefinition wanted = readMapDefinition(request);
+    const std::vector<std::string> names = namesOfSameMap(wanted.name);
+    if (std::find(names.begin(), names.end(), learned->alias()) == names.end())
+      throw UsageError(options.ontoPath + ": its map is the kind " + learned->alias() + ", not " +
+                       wanted.name);
+    nameInFile = wanted.name;
+  }
+  requireSameOptions(*learned, options, nameInFile);
+  return map;
+}
+
+CMetricMap::Ptr startingMap(const BuildOptions& options)
+{
+  const CMetricMap::Ptr map =
+      options.ontoPath.empty() ? createMap(readMapDefinition(options.map)) : savedMap(options);
+  if (const auto learned = std::dynamic_pointer_cast<CLearnedMap>(map))
+    learned->setThreadCount(options.threads);
+  if (isOctree(options.outPath) && !std::dynamic_pointer_cast<mrpt::maps::COctoMap>(map))
+    throw UsageError("-o " + options.outPath + ": .ot is for octoMap; a " +
+                     map->GetRuntimeClass()->className +
+                     " is saved as .lamap.gz, and `lamap export` makes an .ot of it");
+  return map;
+}
+
+void save(const CMetricMap::Ptr& map, const std::string& path)
+{
+  if (isOctree(path))
+    writeOctomapFile(*cellsOf(map), path);
+  else
+    saveMapFile(*map, path);
+}
+
+/// Some maps train their model on all scans when they are first asked.
+void train(const CMetricMap& map, size_t scans)
+{
+  const auto* learned = dynamic_cast<const CLearnedMap*>(&map);
+  if (learned == nullptr) return;
+  try
+  {
+    (void)learned->estimateAt({0, 0, 0});
+  }
+  catch (const std::length_error& error)
+  {
+    throw std::runtime_error("the model of " + std::to_string(scans) +
+                             " scans cannot be trained: " + error.what() +
+                             "; nothing is written. Fewer of them: insertOpts.rayDecimation, freeResolution, "
+                             "or trainingPoints = cells");
+  }
+}
+
+std::string reasonsOf(const BuildReport& report)
+{
+  std::string reasons = reasonsOf(report.scans);
+  for (const InputReport& input : report.inputs)
+  {
+    for (const std::string& damage : input.damages) reasons += "\n  " + input.path + ": " + damage;
+    if (input.damages.empty() && report.scans.leftOut.empty())
+      reasons += "\n  " + input.path + ": holds no observations";
+  }
+  return reasons;
+}
+}  // namespace
+
+bool visitScans(const std::vector<std::unique_ptr<ScanSource>>& sources,
+                const std::function<bool()>& shouldStop, const ProgressSink& report,
+                const std::function<void(const ScanItem&)>& visitor)
+{
+  BuildProgress progress;
+  for (const auto& source : sources) progress.expected += source->expectedItems();
+  for (const auto& source : sources)
+  {
+    progress.input = source->path();
+    while (!shouldStop())
+    {
+      const auto item = source->next();
+      if (!item) break;
+      visitor(*item);
+      ++progress.done;
+      if (report) report(progress);
+    }
+    if (shouldStop()) return false;
+  }
+  return true;
+}
+
+bool damaged(const std::vector<InputReport>& inputs)
+{
+  return std::any_of(inputs.begin(), inputs.end(),
+                     [](const InputReport& input) { return !input.damages.empty(); });
+}
+
+std::vector<InputReport> reportsOf(const std::vector<std::unique_ptr<ScanSource>>& sources)
+{
+  std::vector<InputReport> reports;
+  for (const auto& source : sources) reports.push_back({source->path(), source->notes(), source->damages()});
+  return reports;
+}
+
+BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
+{
+  requireOutputName(options.outPath);
+  {
+    const AtomicFile placeIsWritable(options.outPath);
+  }
+  const CMetricMap::Ptr map = startingMap(options);
+  const auto sources = openInputs(options.inputs);
+
+  BuildReport report;
+  report.mapClass = map->GetRuntimeClass()->className;
+  report.outPath = options.outPath;
+  const auto begin = std::chrono::steady_clock::now();
+  ScanInserter inserter(*map);
+  report.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
+                               [&](const ScanItem& item) { inserter.insert(item); });
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.scans = inserter.tally();
+  report.inputs = reportsOf(sources);
+
+  if (report.scans.usedCount() == 0)
+  {
+    if (report.stopped) return report;
+    throw std::runtime_error("not one usable scan; nothing is written" + reasonsOf(report));
+  }
+  train(*map, report.scans.usedCount());
+  report.stopped = report.stopped || options.inputs.shouldStop();
+  save(map, options.outPath);
+  report.saved = true;
+  if (!isOctree(options.outPath) && std::dynamic_pointer_cast<mrpt::maps::COctoMap>(map))
+    report.notes.emplace_back(
+        "MRPT saves its octoMap's cells as free or occupied only; an .ot keeps their probabilities");
+  return report;
+}
+
+void printReport(const BuildReport& report, std::ostream& out)
+{
+  const size_t used = report.scans.usedCount();
+  out << mrpt::format("%zu %s in %.1f s", used, used == 1 ? "scan" : "scans", report.seconds);
+  if (report.seconds > 0) out << mrpt::format(" (%.1f a second)", static_cast<double>(used) / report.seconds);
+  out << "\n";
+  for (const auto& [kind, count] : report.scans.used) out << "  used: " << count << " " << kind << "\n";
+  for (const auto& [what, count] : report.scans.leftOut)
+    out << "  left out: " << count << " " << what.first << ": " << what.second << "\n";
+  for (const InputReport& input : report.inputs)
+  {
+    for (const std::string& note : input.notes) out << "  " << input.path << ": " << note << "\n";
+    for (const std::string& damage : input.damages)
+      out << "  " << input.path << ": cut short or damaged: " << damage << "\n";
+  }
+  for (const std::string& note : report.notes) out << "  " << note << "\n";
+  if (report.saved)
+    out << report.mapClass << " saved to " << report.outPath << "\n";
+  else
+    out << "nothing is saved\n";
+}
+
+nlohmann::ordered_json reportJson(const BuildReport& report)
+{
+  nlohmann::ordered_json json;
+  json["map"] = report.mapClass;
+  json["output"] = report.outPath;
+  json["saved"] = report.saved;
+  json["stopped"] = report.stopped;
+  json["scans"] = report.scans.usedCount();
+  json["seconds"] = report.seconds;
+  json["used"] = report.scans.used;
+  json["notes"] = report.notes;
+  json["left_out"] = nlohmann::ordered_json::array();
+  for (const auto& [what, count] : report.scans.leftOut)
+    json["left_out"].push_back({{"kind", what.first}, {"reason", what.second}, {"count", count}});
+  json["inputs"] = nlohmann::ordered_json::array();
+  for (const InputReport& input : report.inputs)
+    json["inputs"].push_back({{"path", input.path}, {"notes", input.notes}, {"damages", input.damages}});
+  return json;
+}
+
+}  // namespace lamap::tools

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <lamap_tools/config/map_setup.h>
+#include <lamap_tools/inputs/scan_inserter.h>
+#include <lamap_tools/inputs/scan_source.h>
+
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <string>
+#include <vector>
+
+namespace lamap::tools
+{
+struct BuildOptions
+{
+  InputOptions inputs;
+  MapRequest map;
+  /// A saved map of this library to go on with, exactly as if there had been no pause; empty: a new map.
+  std::string ontoPath;
+  /// `.lamap.gz`, or for MRPT's octoMap also `.ot`. May be the file of ontoPath.
+  std::string outPath;
+  /// 0: as many as the machine has. Never changes the map.
+  unsigned threads = 0;
+};
+
+struct BuildProgress
+{
+  size_t done = 0;
+  size_t expected = 0;
+  std::string input;  ///< path of the one that is being read
+};
+using ProgressSink = std::function<void(const BuildProgress&)>;
+
+/** Calls the visitor for every item of the inputs in their order, and the sink after each.
+ * @return whether it came to the end before it was asked to stop */
+bool visitScans(const std::vector<std::unique_ptr<ScanSource>>& sources,
+                const std::function<bool()>& shouldStop, const ProgressSink& report,
+                const std::function<void(const ScanItem&)>& visitor);
+
+struct InputReport
+{
+  std::string path;
+  std::vector<std::string> notes;
+  std::vector<std::string> damages;  ///< what could not be read
+};
+
+/// Whether any of them could not be read whole.
+[[nodiscard]] bool damaged(const std::vector<InputReport>& inputs);
+[[nodiscard]] std::vector<InputReport> reportsOf(const std::vector<std::unique_ptr<ScanSource>>& sources);
+
+struct BuildReport
+{
+  std::string mapClass;
+  std::string outPath;
+  bool saved = false;
+  bool stopped = false;  ///< before the end, because it was asked to
+  InsertionTally scans;
+  std::vector<InputReport> inputs;
+  std::vector<std::string> notes;  ///< on the output
+  double seconds = 0;              ///< of reading and inserting
+};
+
+/** Makes a map from logs, or goes on with one, and saves it.
+ *
+ * The output's place and the configuration are checked before any work. Where an input is cut short, what
+ * could be read is saved. Asked to stop (BuildOptions::inputs.shouldStop), it finishes the scan and saves
+ * what there is.
+ * @throws UsageError if the options do not go together; std::runtime_error naming the file and the reason if
+ * something cannot be read or saved, or if there was not one usable scan: then nothing is written */
+BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress = nullptr);
+
+/// The report for people: what was used, what was left out and why, what could not be read.
+void printReport(const BuildReport& report, std::ostream& out);
+[[nodiscard]] nlohmann::ordered_json reportJson(const BuildReport& report);
+
+}  // namespace lamap::tools

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <lamap_tools/commands/map_build.h>
+
+#include <chrono>
+#include <ostream>
+#include <string>
+
+namespace lamap::tools
+{
+/** Shows how far a build or another long work is: on a terminal a bar that is redrawn, elsewhere a line from
+ * time to time. */
+class ProgressBar
+{
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// @param unit what is counted
+  ProgressBar(std::ostream& out, bool isTerminal, std::string unit = "scans")
+      : out_(out), isTerminal_(isTerminal), unit_(std::move(unit))
+  {
+  }
+  /// Ends a bar that stands on the terminal.
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// Draws if enough time has passed since it last did, or at the end.
+  void show(const BuildProgress& progress, Clock::time_point now = Clock::now());
+
+ private:
+  std::ostream& out_;
+  bool isTerminal_;
+  std::string unit_;
+  bool started_ = false;
+  bool drawn_ = false;
+  Clock::time_point begin_;
+  Clock::time_point lastDrawn_;
+};
+
+/// "1:02:03", "2:03".
+[[nodiscard]] std::string durationText(double seconds);
+
+}  // namespace lamap::tools

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <lamap_tools/commands/held_out.h>
+
+#include <iosfwd>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace lamap::tools
+{
+struct TuneOptions
+{
+  InputOptions inputs;
+  /// The map and its settings. A setting with several values separated by commas,
+  /// "insertOpts.kernelSupport=0.1,0.2,0.3", is searched; the others are fixed.
+  MapRequest map;
+  /// Every so many-th scan of each sensor is kept from the maps and scored, ≥ 2.
+  size_t every = 10;
+  /// Instead: every scan is scored by what the map knows before it is given the scan.
+  bool prequential = false;
+  /// As HeldOutOptions::maxRange_m; must be given where the search changes how far the map inserts rays.
+  double maxRange_m = 0;
+  /// The best settings, as an .ini file for `lamap build -c`; empty: none is written.
+  std::string outPath;
+  /// 0: as many as the machine has. Never changes a score.
+  unsigned threads = 0;
+};
+
+/// One combination of the values that are searched.
+struct TunedMap
+{
+  std::vector<std::string> settings;  ///< "section.key=value" of what is searched, in the order given
+  MapScores scores;
+};
+
+struct TuneReport
+{
+  std::string mapName;
+  std::vector<TunedMap> maps;  ///< least log loss over all cells first
+  size_t scored = 0;           ///< scans
+  InsertionTally scans;        ///< that the best map was given
+  std::vector<InputReport> inputs;
+  std::string outPath;
+  bool stopped = false;  ///< because it was asked to: there are no scores, and no file, then
+};
+
+/** Searches options by how well scans predict each other: every combination of the values is a map, all are
+ * built in parallel from one reading of the input, and ranked by log loss over the cells that the scored
+ * scans show (see labelCells(); cells that a map has not observed count as P = 0.5).
+ *
+ * All maps are in memory at once, and must have the same cells: neither resolution nor layer can be searched,
+ * for scores of different cells cannot be compared.
+ * @throws UsageError if the options do not go together: nothing or more than 1000 combinations to search,
+ * maps of different cells or ranges; std::runtime_error as scoreHeldOut(), and if the file cannot be written
+ */
+[[nodiscard]] TuneReport tuneMap(const TuneOptions& options, const ProgressSink& progress = nullptr);
+
+/// The combinations with their scores, best first.
+void printTuning(const TuneReport& report, std::ostream& out);
+[[nodiscard]] nlohmann::ordered_json tuningJson(const TuneReport& report);
+
+}  // namespace lamap::tools

@@ -1,0 +1,42 @@
+#include <lamap_tools/config/ini_lines.h>
+
+#include <mrpt/system/string_utils.h>
+
+#include <fstream>
+#include <stdexcept>
+
+namespace lamap::tools
+{
+namespace
+{
+bool isComment(const std::string& line)
+{
+  return line.front() == '#' || line.front() == ';' || line.compare(0, 2, "//") == 0;
+}
+}  // namespace
+
+void requireAssignments(const std::string& path,
+                        const std::function<bool(const std::string& section)>& isAskedAbout)
+{
+  std::ifstream file(path);
+  std::string section;
+  bool continued = false;  // by a backslash at the end of the line before
+  std::string text;
+  for (size_t number = 1; std::getline(file, text); ++number)
+  {
+    const std::string line = mrpt::system::trim(text);
+    const bool belongsToLineBefore = continued;
+    continued = !line.empty() && line.back() == '\\';
+    if (line.empty() || belongsToLineBefore || isComment(line) || line.front() == '@') continue;
+    if (line.front() == '[')
+    {
+      section = line.substr(1, line.find(']') - 1);
+      continue;
+    }
+    if (line.find('=') == std::string::npos && isAskedAbout(section))
+      throw std::runtime_error("line " + std::to_string(number) + ", \"" + line + "\" in section \"" +
+                               section + "\", is no \"key = value\"; MRPT would ignore it");
+  }
+}
+
+}  // namespace lamap::tools

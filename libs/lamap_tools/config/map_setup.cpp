@@ -1,0 +1,288 @@
+#include <lamap_mrpt/compat/mrpt_compat.h>
+#include <lamap_mrpt/options/nearest_name.h>
+#include <lamap_mrpt/options/option_table.h>
+#include <lamap_tools/config/ini_lines.h>
+#include <lamap_tools/config/map_setup.h>
+#include <lamap_tools/config/recorded_config.h>
+#include <lamap_tools/files/usage_error.h>
+#include <mrpt/config/CConfigFile.h>
+#include <mrpt/config/CConfigFileMemory.h>
+#include <mrpt/maps/TMetricMapTypesRegistry.h>
+#include <mrpt/maps/registerAllClasses.h>
+
+#include <strings.h>
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+namespace lamap::tools
+{
+using mrpt::config::CConfigFileBase;
+using mrpt::maps::TMetricMapInitializer;
+
+namespace
+{
+constexpr const char* kSection = "map";
+
+bool sameName(const std::string& a, const std::string& b)
+{
+  return strcasecmp(a.c_str(), b.c_str()) == 0;
+}
+
+TMetricMapInitializer::Ptr emptyDefinition(const std::string& registeredName)
+{
+  return TMetricMapInitializer::Ptr(TMetricMapInitializer::factory(registeredName));
+}
+
+/// Map names that a file counts, with their counts.
+using MapCounts = std::map<std::string, long>;
+
+/// @throws std::runtime_error for a key of [map] that is not `<name>_count`, or whose value is not a whole
+/// number ≥ 0.
+MapCounts countsIn(const CConfigFileBase& config)
+{
+  MapCounts counts;
+  const std::vector<std::string> names = registeredMapNames();
+  std::vector<std::string> countKeys;
+  for (const std::string& name : names) countKeys.push_back(name + "_count");
+  std::vector<std::string> keys;
+  config.getAllKeys(kSection, keys);
+  for (const std::string& key : keys)
+  {
+    const auto known = std::find_if(countKeys.begin(), countKeys.end(),
+                                    [&](const std::string& other) { return sameName(key, other); });
+    if (known == countKeys.end())
+      throw std::runtime_error("[map] " + key + ": no map of this name; did you mean " +
+                               nearestOf(key, countKeys) + "?");
+    const std::string text = withoutComment(config.read_string(kSection, key, ""));
+    char* end = nullptr;
+    const long count = std::strtol(text.c_str(), &end, 10);
+    if (end == text.c_str() || *end != '\0' || count < 0)
+      throw std::runtime_error("[map] " + key + " = " + text + ": must be a whole number, 0 or 1");
+    if (count > 0) counts[names[static_cast<size_t>(known - countKeys.begin())]] = count;
+  }
+  return counts;
+}
+
+std::string listOf(const MapCounts& counts)
+{
+  std::string list;
+  for (const auto& entry : counts) list += (list.empty() ? "" : ", ") + entry.first;
+  return list;
+}
+
+/// The name of the map to build, as the file spells it. @param wanted  a registered name, or empty
+std::string chooseMap(const MapCounts& counts, const std::string& wanted)
+{
+  if (counts.empty())
+  {
+    if (!wanted.empty()) return wanted;
+    throw std::runtime_error(
+        "asks for no map; expected <map>_count = 1 in section [map], e.g. bgkMap_count = 1");
+  }
+  const std::vector<std::string> names = wanted.empty() ? std::vector<std::string>() : namesOfSameMap(wanted);
+  MapCounts fitting;
+  for (const auto& [name, count] : counts)
+    if (wanted.empty() || std::find(names.begin(), names.end(), name) != names.end()) fitting[name] = count;
+  if (fitting.empty()) throw std::runtime_error("[map] asks for " + listOf(counts) + ", not for " + wanted);
+  if (fitting.size() > 1)
+    throw std::runtime_error("[map] asks for several maps (" + listOf(fitting) + "): choose one with -m");
+  const auto& [name, count] = *fitting.begin();
+  if (count != 1)
+    throw std::runtime_error("[map] " + name + "_count = " + std::to_string(count) +
+                             ": one map is built, it must be 1");
+  return name;
+}
+
+/// @throws std::runtime_error for a section that neither the map nor another one that the file counts would
+/// read.
+void requireKnownSections(const CConfigFileBase& config, const MapCounts& counts, const std::string& name,
+                          const std::vector<std::string>& askedSections)
+{
+  std::vector<std::string> expected = askedSections;
+  expected.emplace_back(kSection);
+  std::vector<std::string> sections;
+  config.getAllSections(sections);
+  for (const std::string& section : sections)
+  {
+    if (section.empty() || sameName(section, kSection)) continue;
+    const auto belongsTo = [&](const std::string& map)
+    {
+      const std::string prefix = std::string(kSection) + "_" + map + "_";
+      return strncasecmp(section.c_str(), prefix.c_str(), prefix.size()) == 0;
+    };
+    // Those of the chosen map are looked at key by key elsewhere; only its number can be wrong here.
+    const auto isOther = [&](const auto& entry) { return entry.first != name && belongsTo(entry.first); };
+    const std::string chosen = std::string(kSection) + "_" + name + "_00_";
+    if (strncasecmp(section.c_str(), chosen.c_str(), chosen.size()) == 0) continue;
+    if (std::any_of(counts.begin(), counts.end(), isOther)) continue;
+    throw std::runtime_error("section [" + section + "] is not read; did you mean [" +
+                             nearestOf(section, expected) + "]?");
+  }
+}
+
+/// MRPT's own maps take any resolution and come to harm later.
+void requireResolution(const RecordedConfig& config, const std::string& prefix)
+{
+  const std::string section = prefix + "_creationOpts";
+  if (!config.keyExists(section, "resolution")) return;
+  const std::string text = withoutComment(config.read_string(section, "resolution", ""));
+  if (!(std::strtod(text.c_str(), nullptr) > 0))
+    throw std::runtime_error("creationOpts.resolution = " + text + ": must be > 0, in m");
+}
+
+TMetricMapInitializer::Ptr load(const RecordedConfig& config, const std::string& name, bool fromSettings)
+{
+  const std::string prefix = std::string(kSection) + "_" + name + "_00";
+  auto definition = emptyDefinition(name);
+  definition->loadFromConfigFile(config, prefix);
+  config.requireAllRead(prefix, fromSettings);
+  requireResolution(config, prefix);
+  return definition;
+}
+/// @throws std::runtime_error without the file's name
+std::unique_ptr<CConfigFileBase> openConfig(const std::string& path)
+{
+  if (!std::ifstream(path) || std::filesystem::is_directory(path)) throw std::runtime_error("cannot be read");
+  requireAssignments(path, [](const std::string&) { return true; });
+  return std::make_unique<mrpt::config::CConfigFile>(path);
+}
+}  // namespace
+
+Setting parseSetting(const std::string& setting)
+{
+  const size_t equals = setting.find('=');
+  const size_t dot = setting.find('.');
+  const bool wellFormed = equals != std::string::npos && dot != std::string::npos && dot > 0 &&
+                          dot + 1 < equals && equals + 1 < setting.size();
+  if (!wellFormed)
+    throw UsageError("-s " + setting + ": expected section.key=value, e.g. insertOpts.maxRange=30");
+  return {setting.substr(0, dot), setting.substr(dot + 1, equals - dot - 1), setting.substr(equals + 1)};
+}
+
+std::vector<std::string> registeredMapNames()
+{
+  mrpt::maps::registerAllClasses_mrpt_maps();
+  std::vector<std::string> names;
+  for (const auto& entry : mrpt::maps::internal::TMetricMapTypesRegistry::Instance().getAllRegistered())
+    names.push_back(entry.first);
+  return names;
+}
+
+std::vector<std::string> namesOfSameMap(const std::string& registeredName)
+{
+  const auto type = emptyDefinition(registeredName)->getMetricMapClassType();
+  std::vector<std::string> names;
+  for (const std::string& name : registeredMapNames())
+    if (emptyDefinition(name)->getMetricMapClassType() == type) names.push_back(name);
+  return names;
+}
+
+bool isLearnedMap(const std::string& registeredName)
+{
+  const auto type = emptyDefinition(registeredName)->getMetricMapClassType();
+  const auto object = type->createObject();
+  return dynamic_cast<const CLearnedMap*>(object.get()) != nullptr;
+}
+
+std::string resolveMapName(const std::string& name)
+{
+  const std::vector<std::string> names = registeredMapNames();
+  if (std::find(names.begin(), names.end(), name) != names.end()) return name;
+  for (const std::string& known : names)
+  {
+    const size_t colon = known.rfind(':');
+    if (colon != std::string::npos && known.substr(colon + 1) == name) return known;
+  }
+  throw UsageError("-m " + name + ": no map of this name; did you mean " + nearestOf(name, names) + "?");
+}
+
+namespace
+{
+/// The readers of configurations name files' sections, which who gives settings has not.
+std::string asSettingsSay(std::string message, const std::string& map)
+{
+  for (const std::string& part :
+       {std::string(kSection) + "_" + map + "_00_", std::string(" of the configuration")})
+    for (size_t at = message.find(part); at != std::string::npos; at = message.find(part))
+      message.erase(at, part.size());
+  return message;
+}
+}  // namespace
+
+std::vector<std::string> mapsCountedIn(const std::string& configPath)
+{
+  std::vector<std::string> names;
+  try
+  {
+    for (const auto& entry : countsIn(*openConfig(configPath))) names.push_back(entry.first);
+  }
+  catch (const std::exception& error)
+  {
+    throw std::runtime_error(configPath + ": " + compat::messageOf(error));
+  }
+  return names;
+}
+
+MapDefinition readMapDefinition(const MapRequest& request)
+{
+  if (request.mapName.empty() && request.configPath.empty())
+    throw UsageError("which map? Give -m MAP (e.g. -m bgkMap) or -c FILE.ini");
+  const std::string wanted = request.mapName.empty() ? "" : resolveMapName(request.mapName);
+
+  MapDefinition result{wanted, nullptr};
+  std::unique_ptr<CConfigFileBase> file = std::make_unique<mrpt::config::CConfigFileMemory>();
+  if (!request.configPath.empty())
+  {
+    try
+    {
+      file = openConfig(request.configPath);
+      const MapCounts counts = countsIn(*file);
+      // Before the map is chosen: a mistyped [map] is the reason why there is none.
+      if (counts.empty()) requireKnownSections(*file, counts, wanted, {});
+      result.name = chooseMap(counts, wanted);
+      const RecordedConfig config(*file);
+      result.definition = load(config, result.name, false);
+      requireKnownSections(*file, counts, result.name, config.askedSections());
+    }
+    catch (const std::exception& error)
+    {
+      throw std::runtime_error(request.configPath + ": " + compat::messageOf(error));
+    }
+  }
+
+  RecordedConfig config(*file);
+  for (const std::string& text : request.settings)
+  {
+    const Setting setting = parseSetting(text);
+    config.setValue(std::string(kSection) + "_" + result.name + "_00_" + setting.section, setting.key,
+                    setting.text);
+  }
+  try
+  {
+    result.definition = load(config, result.name, true);
+  }
+  catch (const std::exception& error)
+  {
+    throw UsageError("-s " + asSettingsSay(compat::messageOf(error), result.name));
+  }
+  return result;
+}
+
+mrpt::maps::CMetricMap::Ptr createMap(const MapDefinition& definition)
+{
+  try
+  {
+    const auto& registry = mrpt::maps::internal::TMetricMapTypesRegistry::Instance();
+    return mrpt::maps::CMetricMap::Ptr(registry.factoryMapObjectFromDefinition(*definition.definition));
+  }
+  catch (const std::exception& error)
+  {
+    throw std::runtime_error(definition.name + ": " + compat::messageOf(error));
+  }
+}
+
+}  // namespace lamap::tools

@@ -1,0 +1,253 @@
+#include <lamap_mrpt/compat/mrpt_compat.h>
+#include <lamap_mrpt/options/nearest_name.h>
+#include <lamap_mrpt/options/option_table.h>
+#include <lamap_tools/config/ini_lines.h>
+#include <lamap_tools/config/map_setup.h>
+#include <lamap_tools/config/plugin_run.h>
+#include <lamap_tools/config/recorded_config.h>
+#include <link.h>
+#include <mrpt/config/CConfigFile.h>
+#include <mrpt/core/format.h>
+#include <strings.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+namespace lamap::tools
+{
+namespace
+{
+bool sameName(const std::string& a, const std::string& b)
+{
+  return strcasecmp(a.c_str(), b.c_str()) == 0;
+}
+
+bool startsWith(const std::string& text, const std::string& beginning)
+{
+  return strncasecmp(text.c_str(), beginning.c_str(), beginning.size()) == 0;
+}
+
+/// Names by which an .ini file may ask for one of our maps, the aliases first.
+std::vector<std::string> ourNames()
+{
+  std::vector<std::string> names;
+  for (const std::string& name : registeredMapNames())
+    if (isLearnedMap(name)) names.push_back(name);
+  // Aliases begin with a small letter, class names with a capital or their namespace.
+  std::stable_partition(names.begin(), names.end(),
+                        [](const std::string& name)
+                        { return name.find(':') == std::string::npos && std::islower(name.front()) != 0; });
+  return names;
+}
+
+bool isRegistered(const std::string& name)
+{
+  const auto names = registeredMapNames();
+  return std::any_of(names.begin(), names.end(),
+                     [&](const std::string& other) { return sameName(name, other); });
+}
+
+/// Maps of ours that a section counts.
+struct Request
+{
+  std::string section;
+  std::string map;
+  unsigned count = 0;
+
+  [[nodiscard]] std::string prefix(unsigned index) const
+  {
+    return section + "_" + map + mrpt::format("_%02u", index);
+  }
+};
+
+class StockConfigCheck
+{
+ public:
+  explicit StockConfigCheck(const std::string& path) : config_(path), ours_(ourNames())
+  {
+    config_.getAllSections(sections_);
+  }
+
+  void run()
+  {
+    for (const std::string& section : sections_) findRequests(section);
+    if (requests_.empty())
+      throw std::runtime_error("asks for none of this library's maps; expected e.g. " + ours_.front() +
+                               "_count = 1 in the section that counts the application's maps");
+    for (const Request& request : requests_) checkOptions(request);
+    for (const std::string& section : sections_) checkName(section);
+  }
+
+ private:
+  void findRequests(const std::string& section)
+  {
+    std::vector<std::string> keys;
+    config_.getAllKeys(section, keys);
+    for (const std::string& key : keys)
+    {
+      constexpr size_t kEnding = 6;  // of "_count"
+      if (key.size() <= kEnding || !sameName(key.substr(key.size() - kEnding), "_count")) continue;
+      const std::string map = key.substr(0, key.size() - kEnding);
+      const auto ours = std::find_if(ours_.begin(), ours_.end(),
+                                     [&](const std::string& name) { return sameName(name, map); });
+      if (ours != ours_.end())
+        addRequest(section, key, *ours);
+      else if (!isRegistered(map))
+        refuseMistyped(section, key, map);
+    }
+  }
+
+  void addRequest(const std::string& section, const std::string& key, const std::string& map)
+  {
+    const std::string text = withoutComment(config_.read_string(section, key, ""));
+    char* end = nullptr;
+    const long count = std::strtol(text.c_str(), &end, 10);
+    constexpr long kMost = 99;  // two digits in the names of sections
+    if (end == text.c_str() || *end != '\0' || count < 0 || count > kMost)
+      throw std::runtime_error("[" + section + "] " + key + " = " + text +
+                               ": must be a whole number from 0 to 99");
+    if (count > 0) requests_.push_back({section, map, static_cast<unsigned>(count)});
+  }
+
+  void refuseMistyped(const std::string& section, const std::string& key, const std::string& map) const
+  {
+    const std::string nearest = nearestOf(map, ours_);
+    if (looksLikeMistyped(map, nearest))
+      throw std::runtime_error("[" + section + "] " + key + ": no map of this name; did you mean " + nearest +
+                               "_count?");
+  }
+
+  void checkOptions(const Request& request)
+  {
+    for (unsigned i = 0; i < request.count; ++i)
+    {
+      const RecordedConfig recorded(config_);
+      const mrpt::maps::TMetricMapInitializer::Ptr definition(
+          mrpt::maps::TMetricMapInitializer::factory(request.map));
+      definition->loadFromConfigFile(recorded, request.prefix(i));
+      recorded.requireAllRead(request.prefix(i), false);
+      const auto asked = recorded.askedSections();
+      readSections_.insert(readSections_.end(), asked.begin(), asked.end());
+    }
+  }
+
+  /// A section that was meant for one of our maps, but has another number or a mistyped name.
+  void checkName(const std::string& section) const
+  {
+    const auto isRead = [&](const std::string& other) { return sameName(section, other); };
+    if (std::any_of(readSections_.begin(), readSections_.end(), isRead)) return;
+    const std::string nearest = nearestOf(section, readSections_);
+    const auto isOurs = [&](const Request& request)
+    { return startsWith(section, request.section + "_" + request.map + "_"); };
+    const bool meantForOurs = std::any_of(requests_.begin(), requests_.end(), isOurs);
+    if (meantForOurs || (isNobodysMap(section) && looksLikeMistyped(section, nearest)))
+      throw std::runtime_error("section [" + section + "] is not read; did you mean [" + nearest + "]?");
+  }
+
+  /// Whether a section is neither a request's own nor one of a map that MRPT knows.
+  [[nodiscard]] bool isNobodysMap(const std::string& section) const
+  {
+    for (const Request& request : requests_)
+    {
+      if (sameName(section, request.section)) return false;
+      if (!startsWith(section, request.section + "_")) continue;
+      for (const std::string& name : registeredMapNames())
+        if (startsWith(section, request.section + "_" + name + "_")) return false;
+    }
+    return true;
+  }
+
+  mrpt::config::CConfigFile config_;
+  std::vector<std::string> ours_;
+  std::vector<std::string> sections_;
+  std::vector<Request> requests_;
+  std::vector<std::string> readSections_;
+};
+
+bool namesIniFile(const std::string& argument)
+{
+  return std::filesystem::path(argument).extension() == ".ini";
+}
+
+/// The .ini files among the arguments; map-partition reads one that is not, in the folder where it runs.
+std::vector<std::string> configsOf(const std::vector<std::string>& command)
+{
+  std::vector<std::string> configs;
+  std::copy_if(command.begin() + 1, command.end(), std::back_inserter(configs), namesIniFile);
+  const std::string ofMapPartition = "MAP-PARTITION_CONFIG.ini";
+  if (std::filesystem::path(command.front()).filename() == "map-partition" &&
+      std::filesystem::is_regular_file(ofMapPartition))
+    configs.push_back(ofMapPartition);
+  return configs;
+}
+}  // namespace
+
+void checkStockConfig(const std::string& path)
+{
+  if (!std::filesystem::is_regular_file(path) || !std::ifstream(path))
+    throw std::runtime_error(
+        path + ": there is no such file, or it cannot be read; with --no-check the program decides");
+  try
+  {
+    StockConfigCheck(path).run();
+    const std::vector<std::string> ours = ourNames();
+    requireAssignments(path,
+                       [&](const std::string& section)
+                       {
+                         return std::any_of(ours.begin(), ours.end(),
+                                            [&](const std::string& name)
+                                            { return section.find("_" + name + "_") != std::string::npos; });
+                       });
+  }
+  catch (const std::exception& error)
+  {
+    throw std::runtime_error(path + ": " + compat::messageOf(error));
+  }
+}
+
+std::string pluginPath()
+{
+  if (const char* chosen = std::getenv("LAMAP_PLUGIN"))
+  {
+    if (!std::filesystem::is_regular_file(chosen))
+      throw std::runtime_error(std::string("LAMAP_PLUGIN names ") + chosen + ", where there is no file");
+    return std::filesystem::absolute(chosen);
+  }
+  std::string path;
+  const auto takeOurs = [](dl_phdr_info* object, size_t, void* found) -> int
+  {
+    const std::string name = object->dlpi_name ? object->dlpi_name : "";
+    if (name.find("libmrpt-lamap.so") == std::string::npos) return 0;
+    *static_cast<std::string*>(found) = name;
+    return 1;
+  };
+  dl_iterate_phdr(takeOurs, &path);
+  if (path.empty()) throw std::runtime_error("libmrpt-lamap.so is not loaded: name it in LAMAP_PLUGIN");
+  return std::filesystem::canonical(path);
+}
+
+void runWithPlugin(const std::vector<std::string>& command, bool check)
+{
+  if (command.empty()) throw std::runtime_error("no program to run");
+  if (check)
+    for (const std::string& config : configsOf(command)) checkStockConfig(config);
+
+  const char* others = std::getenv("LD_PRELOAD");
+  const std::string preload = pluginPath() + (others && *others ? ":" + std::string(others) : "");
+  setenv("LD_PRELOAD", preload.c_str(), 1);
+  std::vector<char*> arguments;
+  for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));
+  arguments.push_back(nullptr);
+  execvp(arguments.front(), arguments.data());
+  throw std::runtime_error(command.front() + ": cannot be started: " + std::strerror(errno));
+}
+
+}  // namespace lamap::tools

@@ -1,0 +1,96 @@
+#include <lamap_tools/cells/octomap_file.h>
+#include <lamap_tools/export/export_map.h>
+#include <lamap_tools/files/file_output.h>
+#include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/pictures/render_map.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+#include <stdexcept>
+
+namespace lamap::tools
+{
+StateSet parseStates(const std::string& names)
+{
+  StateSet states;
+  std::istringstream list(names);
+  for (std::string name; std::getline(list, name, ',');)
+  {
+    if (name == "all")
+      states = {true, true, true};
+    else if (name == "free")
+      states.free = true;
+    else if (name == "occupied")
+      states.occupied = true;
+    else if (name == "unknown")
+      states.unknown = true;
+    else
+      throw UsageError("'" + name + "' is no state of a cell; expected free, occupied, unknown or all");
+  }
+  if (!states.free && !states.occupied && !states.unknown)
+    throw UsageError("no state of a cell is named; expected free, occupied, unknown or all");
+  return states;
+}
+
+namespace
+{
+std::string lowerExtension(const std::string& path)
+{
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+}  // namespace
+
+void requireExportable(const std::string& path, const ExportOptions& options)
+{
+  const std::string extension = lowerExtension(path);
+  const auto& known = {".csv", ".ply", ".pcd", ".bt", ".ot", ".3dscene", ".png", ".yaml"};
+  if (std::find(known.begin(), known.end(), extension) == known.end())
+    throw UsageError(
+        path + ": '" + extension +
+        "' is no format that maps are exported to; known are .csv .ply .pcd .bt .ot .3Dscene .png .yaml");
+  for (const auto& height_m : {options.z_m, options.zMin_m, options.zMax_m})
+    if (height_m && !std::isfinite(*height_m))
+      throw UsageError(path + ": a height is not a finite number [m]");
+  const auto refuse = [&](const char* option, const char* takers)
+  { throw UsageError(path + ": " + extension + " takes no " + option + "; only " + takers + " do"); };
+  const bool points =
+      extension == ".csv" || extension == ".ply" || extension == ".pcd" || extension == ".3dscene";
+  if (options.states && !points) refuse("--states", ".csv, .ply, .pcd and .3Dscene");
+  if (options.z_m && extension != ".yaml") refuse("--z", ".yaml (and lamap render --view slice)");
+  if ((options.zMin_m || options.zMax_m) && extension != ".yaml" && extension != ".png")
+    refuse("--z-min or --z-max", ".yaml and .png");
+  if (options.z_m && (options.zMin_m || options.zMax_m))
+    throw UsageError(path + ": --z makes a slice, --z-min and --z-max limit a projection; name one kind");
+  if (options.zMin_m && options.zMax_m && *options.zMin_m > *options.zMax_m)
+    throw UsageError(path + ": --z-min " + shortest(*options.zMin_m) + " is above --z-max " +
+                     shortest(*options.zMax_m));
+}
+
+void exportMap(const CellMap& map, const std::string& path, const ExportOptions& options)
+{
+  const std::string extension = lowerExtension(path);
+  const StateSet all{true, true, true};
+  const StateSet occupied{false, true, false};
+  requireExportable(path, options);
+
+  if (extension == ".csv") return writeCsv(map, path, options.states.value_or(all));
+  if (extension == ".ply") return writePly(map, path, options.states.value_or(occupied));
+  if (extension == ".pcd") return writePcd(map, path, options.states.value_or(occupied));
+  if (extension == ".3dscene") return writeScene(map, path, options.states.value_or(occupied));
+  if (extension == ".bt" || extension == ".ot") return writeOctomapFile(map, path);
+  if (extension == ".yaml") return writeRosMap(map, path, options);
+
+  RenderOptions view;  // .png
+  view.zMin_m = options.zMin_m;
+  view.zMax_m = options.zMax_m;
+  renderMap(map, path, view);
+}
+
+}  // namespace lamap::tools

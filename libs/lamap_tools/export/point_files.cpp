@@ -1,0 +1,148 @@
+// .csv, .ply and .pcd: a cell a line or a point.
+#include <lamap_tools/cells/cell_table.h>
+#include <lamap_tools/export/export_map.h>
+#include <lamap_tools/files/file_output.h>
+#include <lamap_tools/pictures/palette.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace lamap::tools
+{
+void writeCsv(const CellMap& map, const std::string& path, const StateSet& states)
+{
+  const auto names = map.evidenceNames();
+  const double r = map.resolution();
+  FileOutput out(path);
+  out.append("x,y,z,prob,variance,state");
+  for (const auto& name : names) out.append("," + name);
+  out.append("\n");
+  visitCellsSorted(map,
+                   [&](const CellRow& row)
+                   {
+                     const CellEstimate& estimate = row.estimate;
+                     if (!states.has(estimate.state)) return;
+                     const Eigen::Vector3d centre = cellCentre(row.index, r);
+                     for (int axis = 0; axis < 3; ++axis)
+                     {
+                       out.append(centre[axis]);
+                       out.append(",");
+                     }
+                     out.append(estimate.prob);
+                     out.append(",");
+                     if (estimate.variance) out.append(*estimate.variance);
+                     out.append(",");
+                     out.append(stateName(estimate.state));
+                     for (size_t i = 0; i < names.size(); ++i)
+                     {
+                       out.append(",");
+                       out.append(estimate.evidence[i]);
+                     }
+                     out.append("\n");
+                   });
+  out.commit();
+}
+
+namespace
+{
+/// What a header must know before the first point.
+struct PointSummary
+{
+  size_t count = 0;
+  bool hasVariance = false;
+  CellExtent extent;
+};
+
+PointSummary summarizePoints(const CellMap& map, const std::string& path, const StateSet& states)
+{
+  PointSummary summary;
+  map.visitCells(
+      [&](const CellIndex& cell, const CellEstimate& estimate)
+      {
+        if (!states.has(estimate.state)) return;
+        if (summary.count++ == 0) summary.extent = {cell, cell};
+        summary.extent.include(cell);
+        summary.hasVariance |= estimate.variance.has_value();
+      });
+  if (summary.count == 0)
+    throw std::runtime_error(path +
+                             ": the map has no cell of the states asked for, there is no point to write");
+  return summary;
+}
+
+mrpt::img::TColor heightColor(const CellIndex& cell, const CellExtent& extent)
+{
+  const double span = static_cast<double>(extent.last.z) - extent.first.z;
+  return paletteColor(Palette::Height,
+                      span == 0 ? 0.5 : (static_cast<double>(cell.z) - extent.first.z) / span);
+}
+}  // namespace
+
+void writePly(const CellMap& map, const std::string& path, const StateSet& states)
+{
+  const PointSummary points = summarizePoints(map, path, states);
+  FileOutput out(path);
+  out.append(
+      "ply\nformat binary_little_endian 1.0\ncomment cells of a " + map.className() + ", edge " +
+      shortest(map.resolution()) + " m\nelement vertex " + std::to_string(points.count) +
+      "\nproperty double x\nproperty double y\nproperty double z\nproperty uchar red\nproperty uchar green\n"
+      "property uchar blue\nproperty float prob\n" +
+      (points.hasVariance ? "property float variance\n" : "") + "property uchar state\nend_header\n");
+  visitCellsSorted(map,
+                   [&](const CellRow& row)
+                   {
+                     const CellEstimate& estimate = row.estimate;
+                     if (!states.has(estimate.state)) return;
+                     const Eigen::Vector3d centre = cellCentre(row.index, map.resolution());
+                     for (int axis = 0; axis < 3; ++axis) out.appendBytes(centre[axis]);
+                     const auto color = heightColor(row.index, points.extent);
+                     for (const uint8_t level : {color.R, color.G, color.B}) out.appendBytes(level);
+                     out.appendBytes(static_cast<float>(estimate.prob));
+                     if (points.hasVariance)
+                       out.appendBytes(estimate.variance ? static_cast<float>(*estimate.variance)
+                                                         : std::numeric_limits<float>::quiet_NaN());
+                     out.appendBytes(static_cast<uint8_t>(estimate.state));
+                   });
+  out.commit();
+}
+
+namespace
+{
+void requireFloatPrecision(const CellMap& map, const std::string& path, const CellExtent& extent)
+{
+  double farthest = 0;  // in cells
+  for (const CellIndex& cell : {extent.first, extent.last})
+    for (const int index : {cell.x, cell.y, cell.z}) farthest = std::max(farthest, std::abs(index + 0.5));
+  constexpr double kMaxError = 0.05;  // of a cell
+  if (farthest * static_cast<double>(std::numeric_limits<float>::epsilon()) / 2 <= kMaxError) return;
+  throw std::runtime_error(
+      path + ": cells lie up to " + shortest(farthest * map.resolution()) +
+      " m from the origin, where PCD's float coordinates do not tell them apart; .ply and .csv do");
+}
+}  // namespace
+
+void writePcd(const CellMap& map, const std::string& path, const StateSet& states)
+{
+  const PointSummary points = summarizePoints(map, path, states);
+  requireFloatPrecision(map, path, points.extent);
+  const std::string count = std::to_string(points.count);
+  FileOutput out(path);
+  out.append(
+      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z rgb intensity\nSIZE 4 4 4 4 4\n"
+      "TYPE F F F F F\nCOUNT 1 1 1 1 1\nWIDTH " +
+      count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n");
+  visitCellsSorted(map,
+                   [&](const CellRow& row)
+                   {
+                     if (!states.has(row.estimate.state)) return;
+                     const Eigen::Vector3d centre = cellCentre(row.index, map.resolution());
+                     for (int axis = 0; axis < 3; ++axis) out.appendBytes(static_cast<float>(centre[axis]));
+                     const auto color = heightColor(row.index, points.extent);
+                     out.appendBytes(uint32_t{color.R} << 16U | uint32_t{color.G} << 8U | uint32_t{color.B});
+                     out.appendBytes(static_cast<float>(row.estimate.prob));
+                   });
+  out.commit();
+}
+
+}  // namespace lamap::tools

@@ -1,0 +1,106 @@
+#include <lamap_mrpt/files/atomic_file.h>
+#include <lamap_tools/cells/cell_table.h>
+#include <lamap_tools/export/export_map.h>
+#include <lamap_tools/pictures/palette.h>
+#include <mrpt/opengl/CGridPlaneXY.h>
+#include <mrpt/opengl/COctoMapVoxels.h>
+#include <mrpt/opengl/COpenGLScene.h>
+#include <mrpt/opengl/stock_objects.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <lamap_tools/pictures/picture_frame.h>
+
+namespace lamap::tools
+{
+namespace
+{
+using mrpt::math::TPoint3D;
+
+std::optional<CellExtent> extentOf(const CellMap& map, const StateSet& states)
+{
+  std::optional<CellExtent> extent;
+  map.visitCells(
+      [&](const CellIndex& cell, const CellEstimate& estimate)
+      {
+        if (!states.has(estimate.state)) return;
+        if (!extent) extent = CellExtent{cell, cell};
+        extent->include(cell);
+      });
+  return extent;
+}
+
+/// Voxels relative to the first cell of the extent: they are floats, their object's pose is not.
+mrpt::opengl::COctoMapVoxels::Ptr voxelsOf(const CellMap& map, const StateSet& states,
+                                           const CellExtent& extent)
+{
+  const double r = map.resolution();
+  const double span = std::max(1.0, static_cast<double>(extent.last.z) - extent.first.z);
+  auto voxels = mrpt::opengl::COctoMapVoxels::Create();
+  voxels->setVisualizationMode(mrpt::opengl::COctoMapVoxels::FIXED);
+  voxels->enableLights(true);
+  voxels->resizeVoxelSets(2);  // opaque ones first, so that the others blend over them
+  map.visitCells(
+      [&](const CellIndex& cell, const CellEstimate& estimate)
+      {
+        if (!states.has(estimate.state)) return;
+        const double up = static_cast<double>(cell.z) - extent.first.z;
+        auto color = paletteColor(Palette::Height, up / span);
+        const bool occupied = estimate.state == CellState::Occupied;
+        constexpr uint8_t kFaint = 20;
+        if (!occupied) color.A = kFaint;
+        const mrpt::math::TPoint3Df centre(
+            static_cast<float>((static_cast<double>(cell.x) - extent.first.x + 0.5) * r),
+            static_cast<float>((static_cast<double>(cell.y) - extent.first.y + 0.5) * r),
+            static_cast<float>((up + 0.5) * r));
+        voxels->push_back_Voxel(occupied ? 0 : 1, {centre, r, color});
+      });
+  voxels->enableCubeTransparency(voxels->getVoxelCount(1) > 0);
+  const auto cells = [](int32_t first, int32_t last) { return static_cast<double>(last) - first + 1; };
+  voxels->setBoundingBox({0, 0, 0},
+                         {cells(extent.first.x, extent.last.x) * r, cells(extent.first.y, extent.last.y) * r,
+                          cells(extent.first.z, extent.last.z) * r});
+  voxels->setLocation(extent.first.x * r, extent.first.y * r, extent.first.z * r);
+  voxels->setName("cells");
+  return voxels;
+}
+}  // namespace
+
+void writeScene(const CellMap& map, const std::string& path, const StateSet& states)
+{
+  const auto extent = extentOf(map, states);
+  if (!extent) throw std::runtime_error(path + ": the map has no cell of the states asked for");
+  const double r = map.resolution();
+  const TPoint3D from(extent->first.x * r, extent->first.y * r, extent->first.z * r);
+  const TPoint3D to((extent->last.x + 1.0) * r, (extent->last.y + 1.0) * r, (extent->last.z + 1.0) * r);
+  const double size_m = std::max({to.x - from.x, to.y - from.y, to.z - from.z});
+  const double step_m = roundStep(size_m / 20);
+
+  mrpt::opengl::COpenGLScene scene;
+  const auto down = [&](double x) { return static_cast<float>(std::floor(x / step_m) * step_m); };
+  const auto up = [&](double x) { return static_cast<float>(std::ceil(x / step_m) * step_m); };
+  auto ground = mrpt::opengl::CGridPlaneXY::Create(down(from.x), up(to.x), down(from.y), up(to.y),
+                                                   static_cast<float>(from.z), static_cast<float>(step_m));
+  ground->setColor_u8(150, 150, 150);
+  scene.insert(ground);
+  auto axes = mrpt::opengl::stock_objects::CornerXYZSimple(static_cast<float>(step_m));
+  axes->setLocation(down(from.x), down(from.y), from.z);
+  scene.insert(axes);
+  scene.insert(voxelsOf(map, states, *extent));
+
+  auto& camera = scene.getViewport()->getCamera();
+  const TPoint3D middle = (from + to) / 2.0;
+  camera.setPointingAt(static_cast<float>(middle.x), static_cast<float>(middle.y),
+                       static_cast<float>(middle.z));
+  camera.setZoomDistance(static_cast<float>(1.6 * size_m));
+  camera.setAzimuthDegrees(-60);
+  camera.setElevationDegrees(40);
+
+  AtomicFile file(path);
+  if (!scene.saveToFile(file.temporaryPath())) throw std::runtime_error(path + ": cannot be written");
+  file.commit();
+}
+
+}  // namespace lamap::tools

@@ -1,0 +1,331 @@
+#include <lamap_tools/inputs/pcd_file.h>
+#include <lzf.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+namespace lamap::tools
+{
+namespace
+{
+struct Field
+{
+  std::string name;
+  size_t size = 4;    ///< bytes of one element
+  char type = 'F';    ///< F, I or U
+  size_t count = 1;   ///< elements a point
+  size_t column = 0;  ///< of its first element in a line
+  size_t offset = 0;  ///< of its first byte in a point
+
+  [[nodiscard]] size_t bytes() const { return size * count; }
+};
+
+struct Header
+{
+  std::vector<Field> fields;
+  size_t points = 0;
+  std::array<double, 7> viewpoint{0, 0, 0, 1, 0, 0, 0};  ///< tx ty tz qw qx qy qz
+  std::string data;
+
+  [[nodiscard]] size_t columns() const { return fields.back().column + fields.back().count; }
+  [[nodiscard]] size_t stride() const { return fields.back().offset + fields.back().bytes(); }
+};
+
+class PcdReader
+{
+ public:
+  explicit PcdReader(const std::string& path) : path_(path), file_(path, std::ios::binary)
+  {
+    if (!file_ || std::filesystem::is_directory(path)) fail("cannot be read");
+    fileSize_ = std::filesystem::file_size(path);
+    readHeader();
+    selectAxes();
+  }
+
+  PcdCloud read()
+  {
+    PcdCloud cloud;
+    cloud.viewpoint_map = viewpoint();
+    if (header_.data == "ascii")
+      readAscii(cloud.points_map);
+    else if (header_.data == "binary")
+      readBinary(cloud.points_map);
+    else if (header_.data == "binary_compressed")
+      readCompressed(cloud.points_map);
+    else
+      fail("DATA is \"" + header_.data + "\"; it must be ascii, binary or binary_compressed");
+    return cloud;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const { throw std::runtime_error(path_ + ": " + what); }
+
+  template <class Number>
+  Number number(std::istream& words, const std::string& key) const
+  {
+    Number read{};
+    if (!(words >> read)) fail("the header's " + key + " lacks a number");
+    return read;
+  }
+
+  /// A count of the header; refuses signs, which a stream would wrap around.
+  size_t countOf(std::istream& words, const std::string& key) const
+  {
+    const auto read = number<long long>(words, key);
+    if (read < 0) fail("the header's " + key + " is negative");
+    return static_cast<size_t>(read);
+  }
+
+  void readHeader()
+  {
+    std::optional<size_t> width;
+    std::optional<size_t> height;
+    std::optional<size_t> points;
+    std::string line;
+    constexpr size_t kLongestHeader = 1 << 16;
+    while (header_.data.empty())
+    {
+      if (!readLine(line) || static_cast<size_t>(file_.tellg()) > kLongestHeader)
+        fail("not a PCD file: its header has no DATA line");
+      std::istringstream words(line);
+      std::string key;
+      if (!(words >> key) || key[0] == '#') continue;
+      if (key == "FIELDS" || key == "COLUMNS")
+        for (std::string name; words >> name;) header_.fields.push_back({name});
+      else if (key == "SIZE")
+        for (Field& field : header_.fields) field.size = countOf(words, key);
+      else if (key == "TYPE")
+        for (Field& field : header_.fields) field.type = number<char>(words, key);
+      else if (key == "COUNT")
+        for (Field& field : header_.fields) field.count = countOf(words, key);
+      else if (key == "WIDTH")
+        width = countOf(words, key);
+      else if (key == "HEIGHT")
+        height = countOf(words, key);
+      else if (key == "POINTS")
+        points = countOf(words, key);
+      else if (key == "VIEWPOINT")
+        for (double& part : header_.viewpoint) part = number<double>(words, key);
+      else if (key == "DATA")
+        words >> header_.data;
+      else if (key != "VERSION")
+        fail("not a PCD file: unknown header line \"" + line.substr(0, 60) + "\"");
+    }
+    if (header_.fields.empty()) fail("the header has no FIELDS");
+    if (!width && !points) fail("the header has neither WIDTH nor POINTS");
+    const size_t inGrid = width ? productOf(*width, height.value_or(1)) : *points;
+    header_.points = points.value_or(inGrid);
+    if (header_.points != inGrid)
+      fail("POINTS is " + std::to_string(header_.points) + " but WIDTH x HEIGHT is " +
+           std::to_string(inGrid));
+    layOut();
+  }
+
+  /// One line without its end. A foreign file has no reason to have lines: they are not read beyond any
+  /// length.
+  bool readLine(std::string& line)
+  {
+    line.clear();
+    constexpr size_t kLongestLine = 1 << 16;
+    for (char letter = 0; line.size() < kLongestLine && file_.get(letter);)
+    {
+      if (letter == '\n') return true;
+      if (letter != '\r') line += letter;
+    }
+    return false;
+  }
+
+  size_t productOf(size_t a, size_t b) const
+  {
+    if (b != 0 && a > std::numeric_limits<size_t>::max() / b)
+      fail("the header's counts are impossibly large");
+    return a * b;
+  }
+
+  void layOut()
+  {
+    size_t column = 0;
+    size_t offset = 0;
+    for (Field& field : header_.fields)
+    {
+      const bool known = field.size == 1 || field.size == 2 || field.size == 4 || field.size == 8;
+      if (!known) fail("field " + field.name + " has the SIZE " + std::to_string(field.size));
+      constexpr size_t kMostElements = 1 << 20;
+      if (field.count > kMostElements)
+        fail("field " + field.name + " has the COUNT " + std::to_string(field.count));
+      field.column = column;
+      field.offset = offset;
+      column += field.count;
+      offset += field.bytes();
+    }
+    if (header_.points > 0 && offset == 0) fail("the header's points have no bytes");
+  }
+
+  void selectAxes()
+  {
+    const std::array<std::string, 3> names{"x", "y", "z"};
+    for (size_t axis = 0; axis < 3; ++axis)
+    {
+      for (const Field& field : header_.fields)
+        if (field.name == names[axis] && field.count > 0) axes_[axis] = field;
+      const Field& found = axes_[axis];
+      if (found.name.empty()) fail("has no field " + names[axis]);
+      const bool isFloat = found.type == 'F' && found.size >= 4;
+      const bool isInteger = found.type == 'I' || found.type == 'U';
+      if (!isFloat && !isInteger)
+        fail("field " + found.name + " has the TYPE " + found.type + " and the SIZE " +
+             std::to_string(found.size));
+    }
+  }
+
+  [[nodiscard]] mrpt::poses::CPose3D viewpoint() const
+  {
+    const auto& v = header_.viewpoint;
+    Eigen::Quaterniond rotation(v[3], v[4], v[5], v[6]);
+    if (!(std::abs(rotation.norm() - 1) < 0.01))
+      fail("the rotation of VIEWPOINT (qw qx qy qz) has not the length 1");
+    rotation.normalize();
+    return mrpt::poses::CPose3D(mrpt::math::CMatrixDouble33(Eigen::Matrix3d(rotation.toRotationMatrix())),
+                                mrpt::math::CMatrixDouble31(Eigen::Matrix<double, 3, 1>(v[0], v[1], v[2])));
+  }
+
+  void readAscii(std::vector<Eigen::Vector3d>& points)
+  {
+    std::string line;
+    std::vector<std::string> words;
+    while (std::getline(file_, line))
+    {
+      std::istringstream stream(line);
+      words.clear();
+      for (std::string word; stream >> word;) words.push_back(word);
+      if (words.empty()) continue;
+      const std::string place = "point " + std::to_string(points.size() + 1);
+      if (words.size() != header_.columns())
+        fail(place + " has " + std::to_string(words.size()) + " numbers; expected " +
+             std::to_string(header_.columns()));
+      Eigen::Vector3d point;
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        const std::string& word = words[axes_[static_cast<size_t>(axis)].column];
+        char* end = nullptr;
+        point[axis] = std::strtod(word.c_str(), &end);
+        if (end == word.c_str() || *end != '\0') fail(place + ": \"" + word + "\" is not a number");
+      }
+      points.push_back(point);
+    }
+    if (points.size() != header_.points)
+      fail("holds " + std::to_string(points.size()) + " points; its header states " +
+           std::to_string(header_.points));
+  }
+
+  [[nodiscard]] size_t bytesLeft() { return fileSize_ - static_cast<size_t>(file_.tellg()); }
+
+  std::string readBytes(size_t count)
+  {
+    std::string bytes(count, '\0');
+    if (!file_.read(bytes.data(), static_cast<std::streamsize>(count))) fail("cannot be read to its end");
+    return bytes;
+  }
+
+  void readBinary(std::vector<Eigen::Vector3d>& points)
+  {
+    const size_t expected = productOf(header_.points, header_.stride());
+    const size_t available = bytesLeft();
+    if (available < expected)
+      fail("cut short: " + std::to_string(header_.points) + " points need " + std::to_string(expected) +
+           " bytes, " + std::to_string(available) + " follow the header");
+    const std::string bytes = readBytes(expected);
+    // Some writers fill up the last page with zeros; anything else means that the header is wrong.
+    for (char letter = 0; file_.get(letter);)
+      if (letter != '\0') fail("more bytes follow than " + std::to_string(header_.points) + " points need");
+    points.reserve(header_.points);
+    for (size_t i = 0; i < header_.points; ++i)
+      points.push_back(
+          pointFrom(bytes, [&](const Field& field) { return i * header_.stride() + field.offset; }));
+  }
+
+  /// Field by field: all x, then all y, …
+  void readCompressed(std::vector<Eigen::Vector3d>& points)
+  {
+    if (bytesLeft() < 8) fail("cut short: the sizes of the compressed points are missing");
+    std::array<uint32_t, 2> sizes{};
+    std::memcpy(sizes.data(), readBytes(8).data(), 8);
+    const auto [compressedSize, size] = sizes;
+    if (bytesLeft() < compressedSize)
+      fail("cut short: the compressed points need " + std::to_string(compressedSize) + " bytes, " +
+           std::to_string(bytesLeft()) + " are left");
+    if (size != productOf(header_.points, header_.stride()))
+      fail("its compressed points have " + std::to_string(size) + " bytes; its header states " +
+           std::to_string(header_.points) + " points of " + std::to_string(header_.stride()) + " bytes");
+    if (header_.points == 0) return;
+    constexpr size_t kHighestRatio = 264;  // of LZF: 3 bytes stand for at most 264
+    if (size / kHighestRatio > compressedSize) fail("its compressed points are damaged");
+    const std::string compressed = readBytes(compressedSize);
+    std::string bytes(size, '\0');
+    if (lzf_decompress(compressed.data(), compressedSize, bytes.data(), size) != size)
+      fail("its compressed points are damaged");
+    points.reserve(header_.points);
+    for (size_t i = 0; i < header_.points; ++i)
+      points.push_back(pointFrom(
+          bytes, [&](const Field& field) { return header_.points * field.offset + i * field.bytes(); }));
+  }
+
+  template <class OffsetOf>
+  Eigen::Vector3d pointFrom(const std::string& bytes, const OffsetOf& offsetOf) const
+  {
+    Eigen::Vector3d point;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      const Field& field = axes_[static_cast<size_t>(axis)];
+      point[axis] = element(bytes.data() + offsetOf(field), field);
+    }
+    return point;
+  }
+
+  template <class Number>
+  static double as(const char* bytes)
+  {
+    Number number;
+    std::memcpy(&number, bytes, sizeof(number));
+    return static_cast<double>(number);
+  }
+
+  static double element(const char* bytes, const Field& field)
+  {
+    if (field.type == 'F') return field.size == 4 ? as<float>(bytes) : as<double>(bytes);
+    const bool isSigned = field.type == 'I';
+    switch (field.size)
+    {
+      case 1:
+        return isSigned ? as<int8_t>(bytes) : as<uint8_t>(bytes);
+      case 2:
+        return isSigned ? as<int16_t>(bytes) : as<uint16_t>(bytes);
+      case 4:
+        return isSigned ? as<int32_t>(bytes) : as<uint32_t>(bytes);
+      default:
+        return isSigned ? as<int64_t>(bytes) : as<uint64_t>(bytes);
+    }
+  }
+
+  std::string path_;
+  std::ifstream file_;
+  size_t fileSize_ = 0;
+  Header header_;
+  std::array<Field, 3> axes_;
+};
+}  // namespace
+
+PcdCloud readPcdFile(const std::string& path)
+{
+  return PcdReader(path).read();
+}
+
+}  // namespace lamap::tools

@@ -1,0 +1,119 @@
+#include <lamap_tools/inputs/pose_track.h>
+#include <mrpt/math/CQuaternion.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace lamap::tools
+{
+using mrpt::poses::CPose3D;
+
+namespace
+{
+Eigen::Quaterniond rotationOf(const CPose3D& pose)
+{
+  return Eigen::Quaterniond(Eigen::Matrix3d(pose.getRotationMatrix().asEigen()));
+}
+
+CPose3D poseFrom(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation)
+{
+  const mrpt::math::CMatrixDouble33 matrix(rotation.normalized().toRotationMatrix());
+  return CPose3D(matrix, mrpt::math::CMatrixDouble31(translation));
+}
+
+std::vector<double> numbersOf(const std::string& line, const std::string& place)
+{
+  std::istringstream words(line);
+  std::vector<double> numbers;
+  for (std::string word; words >> word;)
+  {
+    char* end = nullptr;
+    const double number = std::strtod(word.c_str(), &end);
+    if (end == word.c_str() || *end != '\0' || !std::isfinite(number))
+      throw std::runtime_error(place + ": \"" + word + "\" is not a finite number");
+    numbers.push_back(number);
+  }
+  return numbers;
+}
+
+CPose3D poseOfColumns(const std::vector<double>& columns, const std::string& place)
+{
+  if (columns.size() == 4) return CPose3D(columns[1], columns[2], 0, columns[3], 0, 0);
+  if (columns.size() == 7)
+    return CPose3D(columns[1], columns[2], columns[3], columns[4], columns[5], columns[6]);
+  const Eigen::Quaterniond rotation(columns[7], columns[4], columns[5], columns[6]);
+  if (std::abs(rotation.norm() - 1) > 0.01)
+    throw std::runtime_error(place + ": the quaternion (qx qy qz qw) has the length " +
+                             std::to_string(rotation.norm()) + " and not 1");
+  return poseFrom(rotation, {columns[1], columns[2], columns[3]});
+}
+}  // namespace
+
+PoseTrack::PoseTrack(std::vector<TimedPose> poses) : poses_(std::move(poses))
+{
+  const auto earlier = [](const TimedPose& a, const TimedPose& b) { return a.time < b.time; };
+  std::stable_sort(poses_.begin(), poses_.end(), earlier);
+  // Backwards, so that unique keeps the last one of each time.
+  const auto sameTime = [](const TimedPose& a, const TimedPose& b) { return a.time == b.time; };
+  const auto kept = std::unique(poses_.rbegin(), poses_.rend(), sameTime);
+  poses_.erase(poses_.begin(), kept.base());
+}
+
+std::optional<CPose3D> PoseTrack::at(mrpt::Clock::time_point time) const
+{
+  const auto after =
+      std::lower_bound(poses_.begin(), poses_.end(), time,
+                       [](const TimedPose& pose, mrpt::Clock::time_point t) { return pose.time < t; });
+  if (after == poses_.end()) return std::nullopt;
+  if (after->time == time) return after->pose_map;
+  if (after == poses_.begin()) return std::nullopt;
+  const auto before = std::prev(after);
+  const double fraction = static_cast<double>((time - before->time).count()) /
+                          static_cast<double>((after->time - before->time).count());
+  return interpolatePose(before->pose_map, after->pose_map, fraction);
+}
+
+CPose3D interpolatePose(const CPose3D& first, const CPose3D& second, double fraction)
+{
+  const Eigen::Vector3d from(first.x(), first.y(), first.z());
+  const Eigen::Vector3d to(second.x(), second.y(), second.z());
+  const Eigen::Quaterniond rotation = rotationOf(first).slerp(fraction, rotationOf(second));
+  return poseFrom(rotation, from + fraction * (to - from));
+}
+
+std::vector<TimedPose> readPoseFile(const std::string& path)
+{
+  std::ifstream file(path);
+  if (!file) throw std::runtime_error(path + ": cannot be read");
+  std::vector<TimedPose> poses;
+  size_t columnCount = 0;
+  size_t lineNumber = 0;
+  for (std::string line; std::getline(file, line);)
+  {
+    const std::string place = path + ", line " + std::to_string(++lineNumber);
+    const size_t first = line.find_first_not_of(" \t\r");
+    if (first == std::string::npos || line[first] == '#' || line[first] == '%') continue;
+    const std::vector<double> columns = numbersOf(line, place);
+    const size_t count = columns.size();
+    if (count != 4 && count != 7 && count != 8)
+      throw std::runtime_error(place + ": " + std::to_string(count) +
+                               " columns; expected 8 (TUM: time tx ty tz qx qy qz qw), 7 (MRPT: time x y z "
+                               "yaw pitch roll) or 4 (MRPT: time x y phi)");
+    if (columnCount == 0) columnCount = count;
+    if (count != columnCount)
+      throw std::runtime_error(place + ": " + std::to_string(count) +
+                               " columns where the lines before have " + std::to_string(columnCount));
+    constexpr double kLatestTime_s = 1e11;  // the year 5138; later ones would overflow MRPT's clock
+    if (std::abs(columns[0]) > kLatestTime_s)
+      throw std::runtime_error(place + ": the time is not in seconds");
+    poses.push_back({mrpt::Clock::fromDouble(columns[0]), poseOfColumns(columns, place)});
+  }
+  if (poses.empty()) throw std::runtime_error(path + ": holds no pose");
+  return poses;
+}
+
+}  // namespace lamap::tools

@@ -1,0 +1,289 @@
+#include <lamap_mrpt/compat/mrpt_compat.h>
+#include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/inputs/graph_file.h>
+#include <lamap_tools/inputs/pcd_file.h>
+#include <lamap_tools/inputs/pose_track.h>
+#include <lamap_tools/inputs/scan_source.h>
+#include <mrpt/img/CImage.h>
+#include <mrpt/maps/CSimpleMap.h>
+#include <mrpt/obs/CRawlog.h>
+#include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/poses/CPose3DPDF.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <stdexcept>
+
+#include <lamap_tools/inputs/rawlog_source.h>
+#include <lamap_tools/inputs/simple_map_file.h>
+
+namespace lamap::tools
+{
+namespace fs = std::filesystem;
+using mrpt::poses::CPose3D;
+
+namespace
+{
+enum class InputKind
+{
+  Rawlog,
+  SimpleMap,
+  Pcd,
+  Graph
+};
+
+bool endsWith(const std::string& text, const std::string& ending)
+{
+  if (text.size() < ending.size()) return false;
+  return std::equal(ending.rbegin(), ending.rend(), text.rbegin(),
+                    [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
+}
+
+InputKind kindOf(const std::string& path)
+{
+  if (!fs::exists(path)) throw std::runtime_error(path + ": does not exist");
+  if (fs::is_directory(path) || endsWith(path, ".pcd")) return InputKind::Pcd;
+  if (endsWith(path, ".rawlog") || endsWith(path, ".rawlog.gz")) return InputKind::Rawlog;
+  if (endsWith(path, ".simplemap") || endsWith(path, ".simplemap.gz")) return InputKind::SimpleMap;
+  if (endsWith(path, ".graph")) return InputKind::Graph;
+  throw UsageError(
+      path +
+      ": not a known kind of input; expected .rawlog, .simplemap, .simplemap.gz, .pcd, a folder of "
+      ".pcd files or .graph");
+}
+
+class SimpleMapSource : public ScanSource
+{
+ public:
+  SimpleMapSource(const std::string& path, const std::function<bool()>& shouldStop)
+      : path_(path), map_(readSimpleMap(path, shouldStop))
+  {
+    for (size_t i = 0; i < map_.size(); ++i) expectedItems_ += compat::keyframeAt(map_, i).frame->size();
+  }
+
+  [[nodiscard]] const std::string& path() const override { return path_; }
+  [[nodiscard]] size_t expectedItems() const override { return expectedItems_; }
+  [[nodiscard]] std::vector<std::string> notes() const override
+  {
+    return {std::to_string(map_.size()) + " poses of the simple map"};
+  }
+
+  [[nodiscard]] std::optional<ScanItem> next() override
+  {
+    if (frame_ == 0 && observation_ == 0)
+      mrpt::img::CImage::setImagesPathBase(mrpt::obs::CRawlog::detectImagesDirectory(path_));
+    while (frame_ < map_.size())
+    {
+      const auto keyframe = compat::keyframeAt(map_, frame_);
+      if (observation_ < keyframe.frame->size())
+        return ObservedScan{keyframe.frame->getObservationByIndex(observation_++),
+                            keyframe.pose->getMeanVal(), keyframe.pose};
+      ++frame_;
+      observation_ = 0;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  std::string path_;
+  mrpt::maps::CSimpleMap map_;
+  size_t expectedItems_ = 0;
+  size_t frame_ = 0;
+  size_t observation_ = 0;
+};
+
+class PcdSource : public ScanSource
+{
+ public:
+  PcdSource(const std::string& path, const Eigen::Vector3d& sensorOrigin)
+      : path_(path),
+        files_(filesOf(path)),
+        sensorInFrame_(sensorOrigin.x(), sensorOrigin.y(), sensorOrigin.z(), 0, 0, 0)
+  {
+  }
+
+  /// Takes the poses of its files from the beginning of a range and returns the rest of it.
+  std::vector<TimedPose>::const_iterator takePoses(std::vector<TimedPose>::const_iterator first)
+  {
+    poses_.assign(first, first + static_cast<std::ptrdiff_t>(files_.size()));
+    return first + static_cast<std::ptrdiff_t>(files_.size());
+  }
+
+  [[nodiscard]] const std::string& path() const override { return path_; }
+  [[nodiscard]] size_t expectedItems() const override { return files_.size(); }
+  [[nodiscard]] std::vector<std::string> damages() const override { return damages_; }
+  [[nodiscard]] std::vector<std::string> notes() const override
+  {
+    return {poses_.empty() ? "origins from VIEWPOINT" : "origins from the given file"};
+  }
+
+  [[nodiscard]] std::optional<ScanItem> next() override
+  {
+    while (next_ < files_.size())
+    {
+      const size_t i = next_++;
+      try
+      {
+        PcdCloud cloud = readPcdFile(files_[i]);
+        const CPose3D frame = poses_.empty() ? cloud.viewpoint_map : poses_[i].pose_map;
+        return PointScan{"PCD file", frame + sensorInFrame_, std::move(cloud.points_map)};
+      }
+      catch (const std::runtime_error& error)
+      {
+        // The source's own path is named by whoever reports the damage.
+        const std::string text = error.what();
+        const std::string own = path_ + ": ";
+        damages_.push_back(text.rfind(own, 0) == 0 ? text.substr(own.size()) : text);
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  static std::vector<std::string> filesOf(const std::string& path)
+  {
+    if (!fs::is_directory(path)) return {path};
+    std::vector<std::string> files;
+    for (const auto& entry : fs::directory_iterator(path))
+      if (!entry.is_directory() && endsWith(entry.path().string(), ".pcd"))
+        files.push_back(entry.path().string());
+    if (files.empty()) throw std::runtime_error(path + ": a folder without .pcd files");
+    std::sort(files.begin(), files.end(), inNaturalOrder);
+    return files;
+  }
+
+  std::string path_;
+  std::vector<std::string> files_;
+  CPose3D sensorInFrame_;
+  std::vector<TimedPose> poses_;
+  std::vector<std::string> damages_;
+  size_t next_ = 0;
+};
+
+class GraphSource : public ScanSource
+{
+ public:
+  explicit GraphSource(const std::string& path) : path_(path), file_(path) {}
+
+  [[nodiscard]] const std::string& path() const override { return path_; }
+  [[nodiscard]] size_t expectedItems() const override { return file_.size(); }
+  [[nodiscard]] std::vector<std::string> notes() const override { return {"poses of the scan graph"}; }
+  [[nodiscard]] std::vector<std::string> damages() const override
+  {
+    if (!file_.damage()) return {};
+    return {*file_.damage()};
+  }
+
+  [[nodiscard]] std::optional<ScanItem> next() override
+  {
+    auto scan = file_.next();
+    if (!scan) return std::nullopt;
+    return PointScan{"graph scan", scan->sensorPose_map, std::move(scan->points_map)};
+  }
+
+ private:
+  std::string path_;
+  GraphFile file_;
+};
+
+/// @throws UsageError if an option does not go with the kinds of input.
+void requireFittingOptions(const InputOptions& options, const std::vector<InputKind>& kinds)
+{
+  const auto has = [&](InputKind kind) { return std::find(kinds.begin(), kinds.end(), kind) != kinds.end(); };
+  if (!options.posesPath.empty())
+  {
+    if (has(InputKind::SimpleMap) || has(InputKind::Graph))
+      throw UsageError("--poses: simple maps and scan graphs have poses of their own");
+    if (has(InputKind::Rawlog) && has(InputKind::Pcd))
+      throw UsageError("--poses: give either rawlogs or PCD files, whose poses mean different things");
+    if (options.standingStill) throw UsageError("--poses and --static exclude each other");
+  }
+  if (options.standingStill && !has(InputKind::Rawlog)) throw UsageError("--static: is for rawlogs only");
+  if (!options.sensorOrigin.isZero() && !has(InputKind::Pcd))
+    throw UsageError("--sensor-origin: is for PCD files only");
+}
+}  // namespace
+
+std::vector<std::unique_ptr<ScanSource>> openInputs(const InputOptions& options)
+{
+  std::vector<InputKind> kinds;
+  for (const std::string& path : options.paths) kinds.push_back(kindOf(path));
+  requireFittingOptions(options, kinds);
+
+  std::vector<TimedPose> poses;
+  if (!options.posesPath.empty()) poses = readPoseFile(options.posesPath);
+  std::shared_ptr<const PoseTrack> track;
+  if (!poses.empty()) track = std::make_shared<const PoseTrack>(poses);
+
+  std::vector<std::unique_ptr<ScanSource>> sources;
+  std::vector<PcdSource*> pcdSources;
+  size_t pcdFiles = 0;
+  for (size_t i = 0; i < kinds.size(); ++i)
+  {
+    const std::string& path = options.paths[i];
+    if (kinds[i] == InputKind::Rawlog)
+      sources.push_back(openRawlogSource(path, track, options));
+    else if (kinds[i] == InputKind::SimpleMap)
+      sources.push_back(std::make_unique<SimpleMapSource>(path, options.shouldStop));
+    else if (kinds[i] == InputKind::Graph)
+      sources.push_back(std::make_unique<GraphSource>(path));
+    else
+    {
+      auto source = std::make_unique<PcdSource>(path, options.sensorOrigin);
+      pcdFiles += source->expectedItems();
+      pcdSources.push_back(source.get());
+      sources.push_back(std::move(source));
+    }
+  }
+  if (poses.empty() || pcdSources.empty()) return sources;
+  if (poses.size() != pcdFiles)
+    throw std::runtime_error(options.posesPath + ": holds " + std::to_string(poses.size()) +
+                             " poses, but there are " + std::to_string(pcdFiles) +
+                             " PCD files; the k-th pose is for the k-th file");
+  auto nextPose = poses.cbegin();
+  for (PcdSource* source : pcdSources) nextPose = source->takePoses(nextPose);
+  return sources;
+}
+
+bool inNaturalOrder(const std::string& a, const std::string& b)
+{
+  const auto isDigit = [](char letter) { return std::isdigit(static_cast<unsigned char>(letter)) != 0; };
+  size_t i = 0;
+  size_t j = 0;
+  while (i < a.size() && j < b.size())
+  {
+    if (!isDigit(a[i]) || !isDigit(b[j]))
+    {
+      if (a[i] != b[j]) return a[i] < b[j];
+      ++i;
+      ++j;
+      continue;
+    }
+    const auto numberAt = [&](const std::string& text, size_t& at)
+    {
+      while (at + 1 < text.size() && text[at] == '0' && isDigit(text[at + 1])) ++at;
+      const size_t begin = at;
+      while (at < text.size() && isDigit(text[at])) ++at;
+      return text.substr(begin, at - begin);
+    };
+    const std::string numberA = numberAt(a, i);
+    const std::string numberB = numberAt(b, j);
+    if (numberA.size() != numberB.size()) return numberA.size() < numberB.size();
+    if (numberA != numberB) return numberA < numberB;
+  }
+  if (i == a.size() && j == b.size()) return a < b;  // equal but for leading zeros
+  return i == a.size();
+}
+
+ScanItem ownCopyOf(const ScanItem& item)
+{
+  const auto* observed = std::get_if<ObservedScan>(&item);
+  if (observed == nullptr) return item;
+  ObservedScan copy = *observed;
+  copy.observation =
+      std::dynamic_pointer_cast<mrpt::obs::CObservation>(observed->observation->duplicateGetSmartPtr());
+  return copy;
+}
+
+}  // namespace lamap::tools

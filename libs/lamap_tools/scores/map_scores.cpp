@@ -1,0 +1,206 @@
+#include <lamap_mrpt/learned_map/CLearnedMap.h>
+#include <lamap_tools/cells/cell_table.h>
+#include <lamap_tools/scores/map_scores.h>
+#include <mrpt/core/format.h>
+#include <mrpt/maps/COccupancyGridMap2D.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace lamap::tools
+{
+namespace
+{
+/// Where a map is asked about the cells of a truth.
+struct Sampling
+{
+  size_t partsAlongEdge = 1;
+  std::string note;
+};
+
+Sampling samplingOf(const Truth& truth, double resolution_m, const std::string& name)
+{
+  if (!truth.spacing_m || truth.isOnGrid(resolution_m)) return {};
+  const double edge_m = *truth.spacing_m;
+  if (!truth.isOnGrid(edge_m))
+    throw std::runtime_error(truth.name + ": its cells, " + mrpt::format("%g", edge_m) +
+                             " m apart, are on another grid than those of " + name + " (" +
+                             mrpt::format("%g", resolution_m) +
+                             " m): centres are expected at (i + 1/2) times the cells' edge");
+  const double ratio = edge_m / resolution_m;
+  if (ratio < 1.001)
+    return {1, mrpt::format("resampled: the truth's cells have %g m, the map's %g m; each cell of the truth "
+                            "is asked at its centre",
+                            edge_m, resolution_m)};
+  constexpr double kMostParts = 16;
+  const double parts = std::ceil(ratio - 1e-3);
+  if (parts > kMostParts)
+    throw std::runtime_error(truth.name +
+                             mrpt::format(": its cells of %g m are more than %g times larger "
+                                          "than those of ",
+                                          edge_m, kMostParts) +
+                             name + mrpt::format(" (%g m): a finer truth is needed", resolution_m));
+  return {
+      static_cast<size_t>(parts),
+      mrpt::format("resampled: the truth's cells have %g m, the map's %g m; each cell of the truth counts "
+                   "as its parts, %g along an edge",
+                   edge_m, resolution_m, parts)};
+}
+
+/// Asks one map about the cells of a truth.
+class TruthWalk
+{
+ public:
+  TruthWalk(const CellMap& map, const Truth& truth, const Sampling& sampling, std::optional<int32_t> layer)
+      : map_(map),
+        truth_(truth),
+        parts_(sampling.partsAlongEdge),
+        layer_(layer),
+        oneLayer_(truth.isOneLayer())
+  {
+    part_m_ = truth.spacing_m.value_or(map.resolution()) / static_cast<double>(parts_);
+  }
+
+  void run(PredictionTally& tally, const CountSink& progress) const
+  {
+    constexpr size_t kBetweenReports = 1U << 16U;
+    for (size_t i = 0; i < truth_.cells.size(); ++i)
+    {
+      ask(truth_.cells[i], tally);
+      if (progress && (i + 1) % kBetweenReports == 0) progress(i + 1, truth_.cells.size());
+    }
+  }
+
+ private:
+  void ask(const TrueCell& cell, PredictionTally& tally) const
+  {
+    const size_t layers = oneLayer_ ? 1 : parts_;
+    for (size_t x = 0; x < parts_; ++x)
+      for (size_t y = 0; y < parts_; ++y)
+        for (size_t z = 0; z < layers; ++z)
+          askAt(cell.centre_map + Eigen::Vector3d(offset(x, parts_), offset(y, parts_), offset(z, layers)),
+                cell.occupied, tally);
+  }
+
+  double offset(size_t part, size_t parts) const
+  {
+    return (static_cast<double>(part) - (static_cast<double>(parts) - 1) / 2) * part_m_;
+  }
+
+  void askAt(Eigen::Vector3d point, bool occupied, PredictionTally& tally) const
+  {
+    if (layer_)
+    {
+      const double height_m = (*layer_ + 0.5) * map_.resolution();
+      if (!oneLayer_ && std::floor(point.z() / map_.resolution()) != *layer_) return;
+      point.z() = height_m;
+    }
+    tally.add(map_.estimateAt({point.x(), point.y(), point.z()}), occupied ? 1U : 0U, occupied ? 0U : 1U);
+  }
+
+  const CellMap& map_;
+  const Truth& truth_;
+  size_t parts_;
+  std::optional<int32_t> layer_;
+  bool oneLayer_;
+  double part_m_ = 0;
+};
+
+std::string extentText(const Eigen::Vector3d& low, const Eigen::Vector3d& high)
+{
+  return mrpt::format("x %g to %g, y %g to %g, z %g to %g m", low.x(), high.x(), low.y(), high.y(), low.z(),
+                      high.z());
+}
+
+[[noreturn]] void failWithoutOverlap(const CellMap& map, const std::string& name, const Truth& truth)
+{
+  const auto extent = cellExtent(map);
+  if (!extent) throw std::runtime_error(name + ": is empty, there is nothing to score");
+  Eigen::Vector3d low = truth.cells.front().centre_map;
+  Eigen::Vector3d high = low;
+  for (const TrueCell& cell : truth.cells)
+  {
+    low = low.cwiseMin(cell.centre_map);
+    high = high.cwiseMax(cell.centre_map);
+  }
+  throw std::runtime_error(
+      name + ": has observed none of the cells of " + truth.name + "; the map reaches " +
+      extentText(cellCentre(extent->first, map.resolution()), cellCentre(extent->last, map.resolution())) +
+      ", the truth " + extentText(low, high));
+}
+}  // namespace
+
+Scores scoresOf(const RankedPredictions& predictions, const std::vector<double>& thresholds)
+{
+  Scores scores;
+  scores.occupied = predictions.occupied();
+  scores.free = predictions.free();
+  scores.areaUnderRoc = areaUnderRoc(predictions);
+  scores.averagePrecision = averagePrecision(predictions);
+  scores.logLoss = logLoss(predictions);
+  scores.brier = brierScore(predictions);
+  scores.calibrationError = expectedCalibrationError(predictions);
+  for (const double threshold : thresholds)
+    scores.thresholds.push_back({threshold, precisionRecall(predictions, threshold, ThresholdRule::Above),
+                                 precisionRecall(predictions, threshold, ThresholdRule::AtLeast)});
+  scores.roc = rocCurve(predictions);
+  scores.calibration = calibrationBins(predictions);
+  return scores;
+}
+
+void PredictionTally::add(const std::optional<CellEstimate>& estimate, uint64_t occupied, uint64_t free)
+{
+  if (estimate)
+  {
+    observed_.push_back({estimate->prob, occupied, free});
+    return;
+  }
+  unobserved_.occupied += occupied;
+  unobserved_.free += free;
+}
+
+void PredictionTally::join()
+{
+  observed_ = RankedPredictions(std::move(observed_)).ascending();
+}
+
+void PredictionTally::scoreInto(MapScores& scores, const std::vector<double>& thresholds)
+{
+  RankedPredictions observed(std::move(observed_));
+  observed_.clear();
+  scores.observed = scoresOf(observed, thresholds);
+  std::vector<PredictedCells> all = observed.ascending();
+  all.push_back(unobserved_);
+  unobserved_ = {kUnobservedProb, 0, 0};
+  scores.all = scoresOf(RankedPredictions(std::move(all)), thresholds);
+}
+
+std::optional<int32_t> layerOf(const mrpt::maps::CMetricMap* map)
+{
+  if (const auto* learned = dynamic_cast<const CLearnedMap*>(map)) return learned->planarLayer();
+  if (dynamic_cast<const mrpt::maps::COccupancyGridMap2D*>(map)) return 0;
+  return std::nullopt;
+}
+
+MapScores scoreMap(const OpenedMap& map, const std::string& name, const Truth& truth,
+                   const std::vector<double>& thresholds, const CountSink& progress)
+{
+  MapScores scores;
+  scores.name = name;
+  scores.className = map.cells->className();
+  scores.resolution_m = map.cells->resolution();
+  const Sampling sampling = samplingOf(truth, scores.resolution_m, name);
+  if (!sampling.note.empty()) scores.notes.push_back(sampling.note);
+  const auto layer = layerOf(map.map.get());
+  if (layer && !truth.isOneLayer())
+    scores.notes.push_back(mrpt::format("a map of one layer: only the truth's cells around z = %g m count",
+                                        (*layer + 0.5) * scores.resolution_m));
+
+  PredictionTally tally;
+  TruthWalk(*map.cells, truth, sampling, layer).run(tally, progress);
+  if (tally.size() == 0) failWithoutOverlap(*map.cells, name, truth);
+  tally.scoreInto(scores, thresholds);
+  return scores;
+}
+
+}  // namespace lamap::tools

@@ -1,0 +1,139 @@
+#include <lamap_tools/files/file_output.h>
+#include <lamap_tools/scores/score_report.h>
+#include <mrpt/core/format.h>
+
+#include <ostream>
+
+#include <lamap_tools/pictures/text_table.h>
+
+namespace lamap::tools
+{
+namespace
+{
+using Json = nlohmann::ordered_json;
+
+void printBlock(const std::vector<MapScores>& maps, const std::string& title, Scores MapScores::*set,
+                std::ostream& out)
+{
+  out << title << "\n";
+  TextTable table;
+  table.add({"map", "cells", "occupied", "AUC", "avg. precision", "log loss", "Brier", "calibration error"});
+  for (const MapScores& map : maps)
+  {
+    const Scores& scores = map.*set;
+    table.add({map.name, std::to_string(scores.cells()), std::to_string(scores.occupied),
+               numberText(scores.areaUnderRoc), numberText(scores.averagePrecision),
+               numberText(scores.logLoss), numberText(scores.brier), numberText(scores.calibrationError)});
+  }
+  table.print(out);
+}
+
+void printThresholds(const std::vector<MapScores>& maps, const std::string& title, Scores MapScores::*set,
+                     std::ostream& out)
+{
+  const auto& thresholds = (maps.front().*set).thresholds;
+  if (thresholds.empty()) return;
+  out << title << "\n";
+  TextTable table;
+  std::vector<std::string> head{"map"};
+  for (const ThresholdScore& score : thresholds)
+  {
+    head.push_back(mrpt::format("p > %g", score.threshold));
+    head.push_back(mrpt::format("p >= %g", score.threshold));
+  }
+  table.add(head);
+  const auto pair = [](const PrecisionRecall& score)
+  { return numberText(score.precision) + " / " + numberText(score.recall); };
+  for (const MapScores& map : maps)
+  {
+    std::vector<std::string> row{map.name};
+    for (const ThresholdScore& score : (map.*set).thresholds)
+    {
+      row.push_back(pair(score.above));
+      row.push_back(pair(score.atLeast));
+    }
+    table.add(row);
+  }
+  table.print(out);
+}
+
+/// Why scores are undefined.
+std::string oneClassNote(const Scores& scores, const char* which)
+{
+  if (scores.cells() == 0 || (scores.occupied > 0 && scores.free > 0)) return "";
+  return mrpt::format("%s are all %s: AUC and average precision are undefined", which,
+                      scores.occupied > 0 ? "occupied" : "free");
+}
+
+Json jsonOf(const std::optional<double>& score)
+{
+  return score ? Json(*score) : Json(nullptr);
+}
+
+Json jsonOf(const PrecisionRecall& score)
+{
+  return {{"precision", jsonOf(score.precision)}, {"recall", jsonOf(score.recall)}};
+}
+
+Json jsonOf(const Scores& scores)
+{
+  Json json{{"cells", scores.cells()},
+            {"occupied", scores.occupied},
+            {"free", scores.free},
+            {"auc", jsonOf(scores.areaUnderRoc)},
+            {"averagePrecision", jsonOf(scores.averagePrecision)},
+            {"logLoss", jsonOf(scores.logLoss)},
+            {"brier", jsonOf(scores.brier)},
+            {"calibrationError", jsonOf(scores.calibrationError)}};
+  json["thresholds"] = Json::array();
+  for (const ThresholdScore& score : scores.thresholds)
+    json["thresholds"].push_back(
+        {{"threshold", score.threshold}, {"above", jsonOf(score.above)}, {"atLeast", jsonOf(score.atLeast)}});
+  return json;
+}
+}  // namespace
+
+void printScores(const std::vector<MapScores>& maps, const std::string& cells, std::ostream& out)
+{
+  if (maps.empty()) return;
+  printBlock(
+      maps,
+      "all " + cells + mrpt::format(" (one that the map has not observed counts as %g)", kUnobservedProb),
+      &MapScores::all, out);
+  printThresholds(maps, "  precision / recall", &MapScores::all, out);
+  printBlock(maps, "observed " + cells, &MapScores::observed, out);
+  printThresholds(maps, "  precision / recall", &MapScores::observed, out);
+  for (const MapScores& map : maps)
+  {
+    out << mrpt::format("%s: %s, %g m; %.1f %% of the cells observed\n", map.name.c_str(),
+                        map.className.c_str(), map.resolution_m, 100 * map.observedShare());
+    for (const std::string& note : map.notes) out << "  " << note << "\n";
+    for (const std::string& note :
+         {oneClassNote(map.all, "the cells"), oneClassNote(map.observed, "the observed cells")})
+      if (!note.empty()) out << "  " << note << "\n";
+  }
+  out << mrpt::format(
+      "log loss in nats, probabilities clipped to [%g, 1 - %g]; calibration error over %zu bins\n",
+      kLogLossClip, kLogLossClip, kCalibrationBins);
+}
+
+Json scoresJson(const MapScores& map)
+{
+  return {{"map", map.name},
+          {"class", map.className},
+          {"resolution", map.resolution_m},
+          {"observedShare", map.observedShare()},
+          {"notes", map.notes},
+          {"all", jsonOf(map.all)},
+          {"observed", jsonOf(map.observed)}};
+}
+
+Json scoringJson()
+{
+  return {{"unobservedProb", kUnobservedProb},
+          {"logLossClip", kLogLossClip},
+          {"calibrationBins", kCalibrationBins},
+          {"thresholdTolerance", kThresholdTolerance}};
+}
+
+}  // namespace lamap::tools

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <lamap_sim/truth.h>
+#include <lamap_tools/files/file_output.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace lamap::tools
+{
+/// `x,y,z,label`: a line for each cell with its centre [m] and 1 (solid) or 0 (free), in the order of the
+/// cells.
+/// @param goOn  told from time to time how many are written; false ends it
+/// @return false if it was ended
+bool writeTruthCsv(const std::vector<sim::TrueCell>& cells, double resolution_m, FileOutput& file,
+                   const std::function<bool(size_t)>& goOn);
+
+/// OctoMap's `.bt`, put in its place. @throws as writeOctomapFile
+void writeTruthOctree(const std::vector<sim::TrueCell>& cells, double resolution_m, const std::string& path);
+
+}  // namespace lamap::tools
