@@ -1,5 +1,5 @@
 #!/bin/bash
-# All experiments, one after the other; says how long each took.
+# Runs all experiments one after the other and prints how long each took.
 set -euo pipefail
 # shellcheck source=share/experiments/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
@@ -16,7 +16,7 @@ for experiment in "${experiments[@]}"; do
   echo "== $number of ${#experiments[@]}: $experiment"
   started=$SECONDS
   folder=$out
-  # It leaves files of its own beside its result.
+  # It writes other files besides its result.
   [[ $experiment != figure_3_1 ]] || folder=$out/figure_3_1
   "$here/$experiment.sh" "$folder" "${options[@]}"
   echo "   $((SECONDS - started)) s"

@@ -1,8 +1,8 @@
 # Sourced by the experiments: start_experiment "$@" sets
 #   lamap  the tool: $LAMAP, or the one in this repository's build folder
-#   out    the folder for results, made if it is not there; the script goes on in it
-#   data   a folder in it for logs, truths and maps, which experiments share
-#   quick  true with --quick: a smaller run of the same
+#   out    the folder for results, created if missing; it becomes the current folder
+#   data   its subfolder for logs, truths and maps, which experiments share
+#   quick  true with --quick: a smaller version of the experiment
 # shellcheck shell=bash disable=SC2034  # what is set here is read by those who source this
 
 start_experiment()
@@ -23,7 +23,7 @@ start_experiment()
         ;;
       *)
         if [[ -n $out ]]; then
-          echo "${0##*/}: one folder only, not also $1; $usage" >&2
+          echo "${0##*/}: only one folder, not also $1; $usage" >&2
           exit 2
         fi
         out=$1
@@ -38,7 +38,7 @@ start_experiment()
   lamap=${LAMAP:-$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)/build/bin/lamap}
   lamap=$(command -v "$lamap" || echo "$lamap")
   if [[ ! -x $lamap ]]; then
-    echo "${0##*/}: there is no $lamap: run ./demo.sh or build the target lamap, or name the tool in LAMAP" >&2
+    echo "${0##*/}: there is no $lamap: run ./demo.sh, build the target lamap, or set LAMAP to the tool" >&2
     exit 1
   fi
   lamap=$(realpath "$lamap")
@@ -46,7 +46,7 @@ start_experiment()
   mkdir -p "$out"
   cd "$out" || exit 1
   out=$PWD
-  # Data that scripts share; those of quick runs are others.
+  # Scripts share data, but not between quick and full runs.
   data=$out/data
   ! $quick || data=$out/data-quick
   mkdir -p "$data"
@@ -57,13 +57,13 @@ need()
 {
   command -v "$1" > /dev/null && return
   echo "${0##*/}: needs the program $1 (Debian's package $2)" >&2
-  exit 77  # as ctest takes a test that cannot be run here
+  exit 77  # ctest then counts the test as skipped
 }
 
-# The seed of the worlds that are shown; the defaults were not chosen by it (see defaults.sh).
+# The seed of the worlds that are shown; the defaults were chosen on other seeds (see defaults.sh).
 seed=21
 
-# world NAME [OPTION...]: simulates a world into $data/NAME.{rawlog,csv,ini}, unless it is there.
+# world NAME [OPTION...]: simulates a world into $data/NAME.{rawlog,csv,ini}, unless it exists.
 world()
 {
   local name=$1
@@ -81,7 +81,7 @@ worlds()
   world unstructured unstructured --seed $seed --scans $scans
 }
 
-# About as many rays as the thesis kept of the corridor, 5,000 a scan: every 17th of 89,000.
+# About as many rays of the corridor as the thesis kept, 5,000 per scan: every 17th of 89,000.
 corridor()
 {
   local scans=66
@@ -117,7 +117,7 @@ picture()
     "${view[@]}"
 }
 
-# How picture() looks; a script may change it.
+# Options of `lamap render` in picture(); a script may change them.
 view=()
 room=-0.5,-0.5,-0.2,10.5,7.5,2.2
 
@@ -133,7 +133,7 @@ our_incremental="incremental, default: hilbertMap"
 our_bgk="BGK, default: bgkMap"
 octomap="OctoMap: octoMap"
 
-# sheet FILE COLUMNS TITLE=PICTURE...: pictures of $out side by side in one, $out/FILE.png.
+# sheet FILE COLUMNS TITLE=PICTURE...: combines pictures in $out side by side in $out/FILE.png.
 sheet()
 {
   local file=$1 columns=$2

@@ -1,19 +1,19 @@
 #!/bin/bash
-# Defaults by evidence: options that matter are searched on some worlds (defaults_*_search.md, best log loss first), and
-# all kinds of maps at their defaults are scored on others (defaults.md), beside OctoMap and GP maps.
+# The evidence for the defaults: important options are searched on some worlds (defaults_*_search.md, best log loss
+# first); then all kinds of maps with their defaults, and OctoMap, are scored on other worlds (defaults.md).
 set -euo pipefail
 # shellcheck source=share/experiments/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 start_experiment "$@"
 
-chosen_on=(1 2)    # seeds to choose by
-reported=(31 32 33)  # seeds to report on
+chosen_on=(1 2)      # seeds for choosing
+reported=(31 32 33)  # seeds for reporting
 if $quick; then
   chosen_on=(1)
   reported=(31)
 fi
 
-# mean_of FILE.csv...: a table of maps, their scores averaged over the files, least log loss first.
+# mean_of FILE.csv...: a table of maps with their scores averaged over the files, lowest log loss first.
 mean_of()
 {
   awk -F, '
@@ -28,7 +28,7 @@ mean_of()
       { printf "| %s | %s | %s | %s | %s | %s |\n", $1, $2, $3, $4, $5, $6 }'
 }
 
-# score NAME OUTPUT [OPTION...]: maps of a world into $data/OUTPUT.csv
+# score NAME OUTPUT [OPTION...]: scores maps of a world, $data/OUTPUT.table.csv.
 score()
 {
   local name=$1 output=$2
@@ -37,7 +37,7 @@ score()
     --table "$data/$output.table.csv" "$@" > /dev/null
 }
 
-# search KIND VARIANT...: each "key=value key=value" is a map beside the default.
+# search KIND VARIANT...: compares the default with a map for each variant, "key=value key=value".
 search()
 {
   local kind=$1
@@ -69,7 +69,7 @@ search overlappingHilbertMap $i.fieldWeight=0.4 $i.fieldWeight=0.8 $i.fieldWeigh
 search hilbertMap $i.hitWeight=1 $i.hitWeight=3 $i.freeResolution=0.2 $c.priorPrecision=0.05 $c.priorPrecision=0.2 \
   $c.gamma=10 $c.gamma=20 $c.latticeSpacing=0.2
 
-# What was not chosen by: other seeds, another sensor, noise.
+# Conditions that were not used to choose the defaults: other seeds, another sensor, noise.
 all=(-m bgkMap -m overlappingHilbertMap -m hilbertMap -m gpMap -m octoMap)
 : > "$out/defaults.md"
 report()

@@ -1,7 +1,7 @@
 #!/bin/bash
-# What learned maps are for: maps are built from all beams of a laser and from every 4th, 10th and 30th of them; then stock
-# pf-localization has to find the robot in each of them. How many of 20 runs end within 0.5 m, and within 1 m, of where the
-# robot is, in MRPT's localization_demo and in a simulated corridor.
+# Localization with few beams, the main use of learned maps: builds maps from all beams of a laser and from every 4th,
+# 10th and 30th of them, and runs stock pf-localization in each map. Counts how many of 20 runs end within 0.5 m, and
+# within 1 m, of the robot, in MRPT's localization_demo and in a simulated corridor.
 set -euo pipefail
 # shellcheck source=share/experiments/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
@@ -21,7 +21,7 @@ if [[ ! -f $office.rawlog ]]; then
   exit 77
 fi
 
-# Mapping: a drive through the corridor. Localization: part of another drive, by odometry that errs.
+# Mapping: a drive through the corridor. Localization: part of another drive, with noisy odometry.
 if [[ ! -f $data/drive.rawlog ]]; then
   echo "simulate corridor"
   "$lamap" simulate corridor --seed $seed --sensor planar-laser --trajectory driving --scans 120 --range-noise 0.02 \
@@ -30,19 +30,19 @@ if [[ ! -f $data/drive.rawlog ]]; then
     --odometry-noise 0.05 -o "$data/drive.rawlog" > /dev/null
 fi
 
-# Localization weighs a part of the beams only. COctoMap takes all of them apart for every particle before it leaves any
-# out, and would need most of the time: it, and all others alike, are given every 5th, and leave out a fifth as many.
+# Localization uses only some of the beams. COctoMap would take most of the time, because it unpacks all beams for every
+# particle before it skips any. So every map is given only every 5th beam, and its own decimation is divided by 5.
 weighed=5
 for log in "$office.rawlog" "$data/drive.rawlog"; do
   "$lamap" thin -i "$log" -o "$data/$(basename "$log" .rawlog).weighed.rawlog" --keep-every $weighed > /dev/null
 done
 
-# Of all kinds of maps the share/pf-localization_KIND.ini that this project brings; of MRPT's own these.
+# The configuration of our kinds of maps is share/pf-localization_KIND.ini; that of MRPT's own maps is here.
 map_sections()
 {
   case $1 in
     grid)
-      # As MRPT's own pf-localization/localization_demo.ini.
+      # As in MRPT's own pf-localization/localization_demo.ini.
       cat << INI
 [MetricMap]
 occupancyGrid_count    = 1
@@ -101,7 +101,8 @@ config()
   map_sections "$kind"
 }
 
-# localize CONFIG GOAL: how far from "x,y" a run ends, in metres. No answer at all ends the experiment.
+# localize CONFIG GOAL: prints how far from GOAL ("x,y") a run ends, in metres. A run without a result ends the
+# experiment.
 localize()
 {
   local folder last
@@ -113,7 +114,7 @@ localize()
     echo "few_beams.sh: pf-localization gave no pose with $1:" >&2
     tail -n 5 "$folder/printed.txt" >&2
     rm -rf "$folder"
-    return 255  # xargs starts no more then
+    return 255  # makes xargs stop
   fi
   rm -rf "$folder"
   awk -v last="$last" -v goal="$2" 'BEGIN { split(last, is, ","); split(goal, at, ",")
@@ -122,7 +123,7 @@ localize()
 export -f localize
 export lamap
 
-# experiment NAME MAPPING LOG AREA GOAL: one table.
+# experiment NAME MAPPING LOG AREA GOAL: writes one table.
 experiment()
 {
   local name=$1 mapping=$2 log=$3 area=$4 goal=$5
@@ -135,7 +136,7 @@ experiment()
   } > "$table"
   local every
   for every in "${fewer[@]}"; do
-    echo "$name: every $every. ray"
+    echo "$name: one ray in $every"
     "$lamap" thin -i "$mapping" -o "$data/$name.$every.simplemap.gz" --keep-every "$every" > /dev/null
     local row="| 1/$every |"
     local kind

@@ -4,8 +4,8 @@
 #
 #   figure_3_1.sh OUTDIR [--quick]
 #
-# Leaves in OUTDIR figure_3_1.png, scores.txt, the log and the truth, and for each preset and number of scans the map
-# and its picture alone (thesis_7.lamap.gz, thesis_7.png, ...). --quick leaves out the markers of the training points.
+# Writes to OUTDIR figure_3_1.png, scores.txt, the log and the truth, and for each preset and number of scans the map
+# and its own picture (thesis_7.lamap.gz, thesis_7.png, ...). --quick omits the markers of the training points.
 set -euo pipefail
 # shellcheck source=share/experiments/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
@@ -18,14 +18,14 @@ cell=0.05  # [m]
 simulate=("$lamap" simulate flatland --seed 1 --max-range 6 --range-noise 0.01 --resolution "$cell")
 map=(-s creationOpts.planar=true -s creationOpts.resolution="$cell" -s insertOpts.maxRange=6)
 
-# scans_of FILE TUM: a log of the poses of a file.
+# scans_of FILE TUM: simulates a log with the poses in TUM.
 scans_of()
 {
   "${simulate[@]}" --trajectory "$2" --scans "$(wc -l < "$2")" -o "$1" > /dev/null
 }
 
-# training_points N: what scan N alone teaches, thinned out, for the markers. A BGK map whose kernel reaches one cell
-# only holds the cells of hits and of free samples.
+# training_points N: the thinned-out training points of scan N alone, for the markers. A BGK map whose kernel reaches
+# only one cell holds exactly the cells of hits and of free samples.
 training_points()
 {
   local points=("${map[@]}" -m bgkMap -s insertOpts.kernelSupport="$cell" -s insertOpts.protectHits=1
@@ -37,7 +37,7 @@ training_points()
   "$lamap" build -i scan.rawlog "${points[@]}" -s insertOpts.considerInvalidRangesAsFreeSpace=false -o scan.lamap.gz \
     > /dev/null
   "$lamap" export scan.lamap.gz -o scan.csv > /dev/null
-  # Free cells that only rays without a return teach are marked apart.
+  # Free cells that come only from rays without a return have their own marker.
   awk -F, 'FNR == 1 { next } NR == FNR { seen[$1 "," $2]; next }
     { print $1, $2, ($4 > 0.5 ? "hit" : ($1 "," $2) in seen ? "free" : "assumed") }' scan.csv "points_$1.csv" \
     > "points_$1.txt"
@@ -64,13 +64,14 @@ for n in "${shown[@]}"; do
 done
 rm -f first.* pose.txt
 
-# What is checked and told comes from the maps.
+# Scores come from the maps.
 for preset in "${presets[@]}"; do
   maps=("${shown[@]/#/${preset}_}")
   "$lamap" eval "${maps[@]/%/.lamap.gz}" --truth truth.csv
 done > scores.txt
 
-# grid_of CSV: its probabilities as a matrix over the world and its walls, rows along y; 0.5 where the map says nothing.
+# grid_of CSV: its probabilities as a matrix over the world and its walls, rows along y; 0.5 where the map has no
+# evidence.
 read -r left bottom columns rows < <(awk -F, -v cell=$cell '
   NR > 1 { x = $1 / cell; y = $2 / cell
     if (NR == 2 || x < x0) x0 = x; if (NR == 2 || x > x1) x1 = x; if (NR == 2 || y < y0) y0 = y; if (y > y1) y1 = y }
@@ -84,7 +85,7 @@ grid_of()
       printf "%s%s", (x "," y) in prob ? prob[x "," y] : 0.5, x + 1 < columns ? " " : "\n" }' "$1"
 }
 
-# marks N: the plots over a panel.
+# marks N: the markers drawn over a panel.
 marks()
 {
   if [[ $quick == false ]]; then

@@ -1,6 +1,6 @@
 #!/bin/bash
-# Figure 4.2: what pruning saves in a BGK map of the structured world, and that it changes no state. blockDepth 3 is the
-# depth of the octrees in the thesis's figure.
+# Figure 4.2: the memory that pruning saves in a BGK map of the structured world, and its effect on states. blockDepth 3
+# is the depth of the octrees in the thesis's figure.
 set -euo pipefail
 # shellcheck source=share/experiments/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"

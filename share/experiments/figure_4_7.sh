@@ -1,6 +1,6 @@
 #!/bin/bash
-# Figure 4.7: station keeping. The same scan 1, 15, 30 and 60 times: how many cells are occupied in a BGK map and in a GP
-# map (BCM), and pictures of both.
+# Figure 4.7: station keeping. The same scan 1, 15, 30 and 60 times: how many cells are occupied in a BGK map and in a
+# GP map (BCM), and pictures of both.
 set -euo pipefail
 # shellcheck source=share/experiments/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"

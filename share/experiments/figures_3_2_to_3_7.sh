@@ -1,6 +1,6 @@
 #!/bin/bash
 # Figures 3.2, 3.4, 3.6 and 3.7: pictures of the maps of chapter 3 in both rooms and of the corridor, from outside and
-# within.
+# from inside.
 set -euo pipefail
 # shellcheck source=share/experiments/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"

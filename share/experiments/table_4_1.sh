@@ -1,6 +1,6 @@
 #!/bin/bash
-# Table 4.1: how long BGK maps take for a scan beside GP maps (nested BCM) and OctoMap, with one thread; the corridor with
-# all of its rays.
+# Table 4.1: time per scan of BGK maps, GP maps (nested BCM) and OctoMap, with one thread; the corridor with all of its
+# rays.
 set -euo pipefail
 # shellcheck source=share/experiments/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"

@@ -236,7 +236,7 @@ Task recordedTask(const std::string& dataFolder, size_t scans)
   task.name = "sim_structured";
   task.scans =
       test::readStructuredScans(dataFolder, "sim_structured", static_cast<int>(std::min<size_t>(scans, 12)));
-  task.judge = "hits and free cells of each scan, asked of the map of all others";
+  task.judge = "hits and free cells of each scan, predicted by the map of all other scans";
   for (size_t i = 0; i < task.scans.size(); ++i)
   {
     const ModelTask model(task.scans[i], overlappingOptions(OverlappingPreset::Default));
@@ -476,11 +476,11 @@ class OneModel
 
 void printTable(const Task& task, const std::vector<Entry>& entries)
 {
-  std::printf("\n%s: %zu scans, %zu cells a scan; ms a scan, one thread, least of each scan's times;\n",
+  std::printf("\n%s: %zu scans, %zu cells per scan; ms per scan, one thread, shortest time of each scan;\n",
               task.name.c_str(), task.scans.size(), task.cells / task.scans.size());
   std::printf("area under the ROC curve by %s\n\n", task.judge.c_str());
-  std::printf("%-52s %8s %8s %8s %14s %7s\n%78s %14s\n", "", "train", "query", "both", "times as fast", "AUC",
-              "", "train    both");
+  std::printf("%-52s %8s %8s %8s %14s %7s\n%78s %14s\n", "", "train", "query", "both", "speed-up", "AUC", "",
+              "train    both");
   const Times peer = entries.front().mean_ms();
   for (const Entry& entry : entries)
   {

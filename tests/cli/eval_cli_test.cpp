@@ -163,7 +163,7 @@ TEST_F(EvalCommand, ComparesMapsOfOneLog)
   ASSERT_EQ(
       run("-i $/log.rawlog -m bgkMap -m octoMap --held-out 3 -o $/page.html --roc $/roc.csv", "compare"), 0)
       << err_;
-  EXPECT_NE(out_.find("ms a scan"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("ms per scan"), std::string::npos) << out_;
   EXPECT_NE(out_.find("pictures: "), std::string::npos) << out_;
   EXPECT_TRUE(exists("page.html") && exists("roc.csv"));
   ASSERT_EQ(run("-i $/log.rawlog -m bgkMap -m occupancyGrid --json", "compare"), 0) << err_;

@@ -156,7 +156,7 @@ TEST_F(Compare, TheTableForProgramsHasANumberAField)
   std::getline(table, line);
   EXPECT_EQ(line,
             "map,auc,average_precision,log_loss,brier,observed_calibration_error,observed_share,"
-            "precision_at_0.999999,recall_at_0.999999,scans,ms_a_scan,memory_bytes");
+            "precision_at_0.999999,recall_at_0.999999,scans,ms_per_scan,memory_bytes");
   std::getline(table, line);
   std::vector<std::string> fields;
   std::istringstream row(line);

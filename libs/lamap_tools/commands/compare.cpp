@@ -293,7 +293,7 @@ std::string comparisonCsv(const Comparison& comparison)
       for (const char* what : {"precision", "recall"})
         head.push_back(mrpt::format("%s_at_%g", what, score.threshold));
   }
-  head.insert(head.end(), {"scans", "ms_a_scan", "memory_bytes"});
+  head.insert(head.end(), {"scans", "ms_per_scan", "memory_bytes"});
   table.add(head);
   for (const ComparedMap& map : comparison.maps)
   {
@@ -369,7 +369,7 @@ TextTable comparisonTable(const Comparison& comparison)
     for (const ThresholdScore& score : comparison.maps.front().scores->all.thresholds)
       head.push_back(mrpt::format("P / R, p >= %g", score.threshold));
   }
-  head.insert(head.end(), {"scans", "ms a scan", "MiB"});
+  head.insert(head.end(), {"scans", "ms per scan", "MiB"});
   table.add(head);
   for (const ComparedMap& map : comparison.maps)
   {
