@@ -1,6 +1,6 @@
 #!/bin/bash
-# Builds mrpt-lamap and maps real data with it: the logs and simple maps of the Debian package mrpt-common. Leaves maps
-# and pictures in build/demo/. Needs Debian 12 and git; installs the packages that are missing (as root, or with sudo).
+# Builds mrpt-lamap and maps real data with it: the logs and simple maps of the Debian package mrpt-common. Writes maps
+# and pictures to build/demo/. Needs Debian 12 and git; installs missing packages (as root, or with sudo).
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/.ci/common.sh"
 
@@ -13,7 +13,7 @@ datasets=$(dirname "$(dpkg -L mrpt-common | grep '/datasets/malaga-cs-fac-buildi
 mkdir -p "$out"
 cd "$out"
 
-# pictures_of NAME: what the map holds, and the map from above and in 3D.
+# pictures_of NAME: prints the map's contents and draws it from above and in 3D.
 pictures_of()
 {
   "$lamap" info "$1.lamap.gz" | sed -n '/^observed cells/,/^extent z/p'
@@ -21,8 +21,8 @@ pictures_of()
   "$lamap" render "$1.lamap.gz" --view 3d --show-free -o "$1_3d.png"
 }
 
-# build_from_simplemap NAME [OPTION...]: from MRPT's observations with poses. A 2D laser sees a plane: one layer of
-# cells. Rays are cut off: this laser looks 80 m far, out of the place through doors and windows.
+# build_from_simplemap NAME [OPTION...]: builds a map from MRPT's observations with poses. A 2D laser sees a plane: one
+# layer of cells. Rays are truncated, because this laser sees up to 80 m, through doors and windows.
 build_from_simplemap()
 {
   local name=$1
@@ -40,7 +40,7 @@ build_from_simplemap localization_demo -s insertOpts.maxRange=10 -s creationOpts
 say "SENA: a log of laser and odometry, by MRPT's own icp-slam with the plug-in loaded"
 "$lamap" run -- icp-slam "$root/share/icp-slam_bgk.ini" \
   "$datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog" > icp-slam.log 2>&1 ||
-  { tail -n 30 icp-slam.log >&2; fail "icp-slam failed; all that it printed is in $out/icp-slam.log"; }
+  { tail -n 30 icp-slam.log >&2; fail "icp-slam failed; its output is in $out/icp-slam.log"; }
 mv -f LOG_ICP-SLAM/_finalmaps_.txt_lamap__CBGKMap_00.lamap.gz SENA_icp-slam.lamap.gz
 pictures_of SENA_icp-slam
 

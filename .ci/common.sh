@@ -1,4 +1,4 @@
-# Sourced by demo.sh, test.sh and .ci/run: the repository's root, its Debian packages, configuring and building.
+# Sourced by demo.sh, test.sh and .ci/run: the repository's root, its Debian packages, configuration and build.
 # shellcheck shell=bash
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -12,7 +12,7 @@ fail()
   exit 1
 }
 
-# packages_of SECTION...: the packages of these sections of the list, one a line.
+# packages_of SECTION...: prints the packages in these sections of the list, one per line.
 packages_of()
 {
   local section
@@ -25,11 +25,11 @@ packages_of()
   done
 }
 
-# install_packages SECTION...: installs what is missing. Touches neither apt nor the network when nothing is.
+# install_packages SECTION...: installs missing packages. Uses neither apt nor the network if none is missing.
 install_packages()
 {
   command -v dpkg-query > /dev/null ||
-    fail "this is not a Debian system (no dpkg-query); install what $package_list names by hand"
+    fail "this is not a Debian system (no dpkg-query); install the packages in $package_list by hand"
 
   local wanted package missing=() as_root=()
   wanted=$(packages_of "$@")
@@ -51,7 +51,7 @@ install_packages()
     fail "apt-get could not install: ${missing[*]}"
 }
 
-# As many compilers at once as there are cores, and 1.5 GB of free memory for each.
+# One compiler per core, but no more than fit into the free memory at 1.5 GB each.
 build_jobs()
 {
   local cores memory_kb by_memory
@@ -63,7 +63,7 @@ build_jobs()
   echo $(( by_memory < cores ? by_memory : cores ))
 }
 
-# configure_and_build PRESET [TARGET...]: all targets if none is named.
+# configure_and_build PRESET [TARGET...]: builds all targets if none is named.
 configure_and_build()
 {
   local preset=$1 target_arguments=()

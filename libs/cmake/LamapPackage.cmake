@@ -1,5 +1,5 @@
-# What `cmake --install` puts where, and the CMake package `mrpt-lamap` with its target mrpt-lamap::lamap.
-# The installed tree may be moved as a whole.
+# Where `cmake --install` puts the files, and the CMake package `mrpt-lamap` with its target mrpt-lamap::lamap.
+# The installed tree can be moved as a whole.
 
 include(CMakePackageConfigHelpers)
 
@@ -11,11 +11,11 @@ set_target_properties(lamap_mrpt PROPERTIES
   VERSION ${PROJECT_VERSION}
   SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 
-# The tool finds the library beside it, wherever both are.
+# The tool finds the library by its relative path, wherever both are.
 file(RELATIVE_PATH lamap_bin_to_lib ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
 set_target_properties(lamap PROPERTIES INSTALL_RPATH "$ORIGIN/${lamap_bin_to_lib}")
 
-# lamap_core is in the library; what its headers include is asked of whoever includes them.
+# lamap_core is part of the library; users of its headers need what these include.
 target_link_libraries(lamap_mrpt INTERFACE $<INSTALL_INTERFACE:Eigen3::Eigen> $<INSTALL_INTERFACE:tsl::robin_map>)
 
 install(TARGETS lamap_mrpt EXPORT mrpt-lamap-targets

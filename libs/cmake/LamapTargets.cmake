@@ -4,25 +4,25 @@ function(lamap_configure_target target)
   target_compile_features(${target} PUBLIC cxx_std_17)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion)
-  # The same input gives the same bytes of map on every processor: no fused multiply-add that one has and
-  # another lacks.
+  # The same input gives the same map, byte for byte, on every processor: no fused multiply-add, which only some
+  # processors have.
   target_compile_options(${target} PRIVATE -ffp-contract=off)
   if(LAMAP_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
   if(LAMAP_SANITIZE)
-    # GCC warns of uninitialized variables that are none in instrumented code; other builds keep that warning.
+    # In instrumented code, GCC's warnings of uninitialized variables are false; other builds keep the warning.
     target_compile_options(${target} PRIVATE -fsanitize=${LAMAP_SANITIZE} -fno-omit-frame-pointer
       -Wno-maybe-uninitialized)
     target_link_options(${target} PUBLIC -fsanitize=${LAMAP_SANITIZE})
     if(LAMAP_SANITIZE MATCHES "thread")
-      # Calls into TBB go to a stand-in that the sanitizer can follow, see tests/tsan/README.md.
+      # Calls to TBB go to a substitute that the sanitizer can follow, see tests/tsan/README.md.
       target_include_directories(${target} BEFORE PRIVATE ${PROJECT_SOURCE_DIR}/tests/tsan)
     endif()
   endif()
 endfunction()
 
-# lamap_add_test(name SOURCES ... LIBRARIES ... [LABELS ...]): one GoogleTest program. Labels with a meaning elsewhere:
+# lamap_add_test(name SOURCES ... LIBRARIES ... [LABELS ...]): one GoogleTest program. Labels with special meaning:
 #   threads   also built and run with ThreadSanitizer, as part of the target `threaded_tests`
 #   stock     starts stock MRPT programs
 function(lamap_add_test name)
