@@ -1,15 +1,15 @@
-"""Trains and asks a Hilbert map's model of each scan with scikit-learn, as the thesis did, and times it.
+"""Trains and queries the Hilbert model of each scan with scikit-learn, as in the thesis, and times both.
 
 usage: scikit_learn_hilbert.py FOLDER PASSES
 
-PASSES over the training points; 0: as scikit-learn does by itself, until the loss has settled.
-FOLDER holds for each scan number from 0 on, as numbers of this machine:
+PASSES over the training points; 0: scikit-learn's default, until the loss has settled.
+FOLDER contains for each scan number n, counted from 0, in native binary format:
   points_<n>.f64   x y z of the training points [m]
   labels_<n>.f64   1 (occupied) or 0 (free) for each
-  cells_<n>.f64    x y z of the centres of the cells to be asked [m]
-and gets
-  logodds_<n>.f64  the model's answer for each cell
-  times.txt        a line a scan: seconds of training, seconds of asking, passes over the training points
+  cells_<n>.f64    x y z of the centres of the cells to query [m]
+The script adds
+  logodds_<n>.f64  the model's log-odds for each cell
+  times.txt        one line per scan: seconds of training, seconds of queries, passes over the training points
 """
 
 import os
@@ -26,7 +26,7 @@ from time import perf_counter  # noqa: E402
 GAMMA = 3.0  # [1/m^2], thesis 3.2
 COMPONENTS = 100
 ALPHA = 1e-5
-CELLS_AT_ONCE = 5000  # so few that they stay in the cache: a quarter faster than all at once
+CELLS_AT_ONCE = 5000  # few enough to stay in the cache: a quarter faster than all cells in one call
 
 
 def numbers(folder, name, columns):

@@ -1,4 +1,4 @@
-"""Scores of scikit-learn for the lines "prob label" of the standard input: one "name score" a line."""
+"""Scores by scikit-learn for lines "prob label" on standard input: prints one "name score" per line."""
 
 import sys
 
@@ -25,5 +25,5 @@ for name, called in (("above", prob > 0.7), ("atLeast", prob >= 0.7)):
     print(name + "Precision", repr(float(precision_score(label, called))))
     print(name + "Recall", repr(float(recall_score(label, called))))
 false_positive, true_positive, _ = roc_curve(label, prob)
-# The area again, of the curve with all its points: a check of the curve by itself.
+# The area again, from the curve with all its points: checks the curve independently.
 print("areaBelowCurve", repr(float(np.trapz(true_positive, false_positive))))

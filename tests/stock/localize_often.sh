@@ -1,7 +1,7 @@
 #!/bin/bash
-# localize_often.sh LAMAP [RUNS [KIND]]: runs stock pf-localization with our map alone, 5 times if not said otherwise.
-# KIND is bgk (without it), gp, hilbert or overlapping: share/pf-localization_KIND.ini. Each run draws other particles.
-# Counts those that end within 0.3 m of where the robot is; fails below 4 of 5.
+# localize_often.sh LAMAP [RUNS [KIND]]: runs stock pf-localization with our map alone, 5 times by default.
+# KIND is bgk (the default), gp, hilbert or overlapping: share/pf-localization_KIND.ini. Each run draws other particles.
+# Counts the runs that end within 0.3 m of the robot; fails if fewer than 4 of 5 do.
 set -euo pipefail
 lamap=$(realpath "$1")
 runs=${2:-5}
