@@ -38,7 +38,7 @@ say "localization_demo: scans with poses of a corridor and its rooms, by lamap b
 build_from_simplemap localization_demo -s insertOpts.maxRange=10 -s creationOpts.resolution=0.05
 
 say "SENA: a log of laser and odometry, by MRPT's own icp-slam with the plug-in loaded"
-"$lamap" run -- icp-slam "$root/share/icp-slam_bgk.ini" \
+"$lamap" run -- icp-slam "$root/share/ini/icp-slam/bgk.ini" \
   "$datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog" > icp-slam.log 2>&1 ||
   { tail -n 30 icp-slam.log >&2; fail "icp-slam failed; its output is in $out/icp-slam.log"; }
 mv -f LOG_ICP-SLAM/_finalmaps_.txt_lamap__CBGKMap_00.lamap.gz SENA_icp-slam.lamap.gz

@@ -37,7 +37,7 @@ for log in "$office.rawlog" "$data/drive.rawlog"; do
   "$lamap" thin -i "$log" -o "$data/$(basename "$log" .rawlog).weighed.rawlog" --keep-every $weighed > /dev/null
 done
 
-# The configuration of our kinds of maps is share/pf-localization_KIND.ini; that of MRPT's own maps is here.
+# The configuration of our kinds of maps is share/ini/pf-localization/KIND.ini; that of MRPT's own maps is here.
 map_sections()
 {
   case $1 in
@@ -81,7 +81,7 @@ decimation = $((20 / weighed))
 INI
       ;;
     *)
-      sed -n '/^\[MetricMap\]/,$p' "$share/pf-localization_$1.ini" |
+      sed -n '/^\[MetricMap\]/,$p' "$share/ini/pf-localization/$1.ini" |
         awk -v weighed=$weighed '/^decimation/ { $3 = $3 / weighed } { print }'
       ;;
   esac
@@ -93,7 +93,7 @@ config()
   local kind=$1 log=$2 map=$3
   local x0 x1 y0 y1
   read -r x0 x1 y0 y1 <<< "$4"
-  sed '/^\[MetricMap\]/,$d' "$share/pf-localization_bgk.ini" |
+  sed '/^\[MetricMap\]/,$d' "$share/ini/pf-localization/bgk.ini" |
     sed -e "s|^map_file .*|map_file = $map|; s|^rawlog_file .*|rawlog_file = $log|" \
       -e "s|^init_PDF_min_x .*|init_PDF_min_x = $x0|; s|^init_PDF_max_x .*|init_PDF_max_x = $x1|" \
       -e "s|^init_PDF_min_y .*|init_PDF_min_y = $y0|; s|^init_PDF_max_y .*|init_PDF_max_y = $y1|" \

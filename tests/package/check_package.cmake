@@ -29,7 +29,7 @@ if(NOT output MATCHES "NODELETE")
   message(FATAL_ERROR "libmrpt-lamap.so is not linked with -z nodelete:\n${output}")
 endif()
 
-file(GLOB ini_files RELATIVE ${prefix}/${DATA_DIR}/mrpt-lamap ${prefix}/${DATA_DIR}/mrpt-lamap/*.ini)
+file(GLOB ini_files RELATIVE ${prefix}/${DATA_DIR}/mrpt-lamap ${prefix}/${DATA_DIR}/mrpt-lamap/ini/*/*.ini)
 if(NOT ini_files)
   message(FATAL_ERROR "No .ini file was installed to ${prefix}/${DATA_DIR}/mrpt-lamap")
 endif()

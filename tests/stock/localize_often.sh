@@ -1,12 +1,12 @@
 #!/bin/bash
 # localize_often.sh LAMAP [RUNS [KIND]]: runs stock pf-localization with our map alone, 5 times by default.
-# KIND is bgk (the default), gp, hilbert or overlapping: share/pf-localization_KIND.ini. Each run draws other particles.
+# KIND is bgk (the default), gp, hilbert or overlapping: share/ini/pf-localization/KIND.ini. Each run draws other particles.
 # Counts the runs that end within 0.3 m of the robot; fails if fewer than 4 of 5 do.
 set -euo pipefail
 lamap=$(realpath "$1")
 runs=${2:-5}
 kind=${3:-bgk}
-config=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../../share/pf-localization_$kind.ini")
+config=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../../share/ini/pf-localization/$kind.ini")
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"

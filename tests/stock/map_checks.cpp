@@ -43,7 +43,7 @@ const std::vector<MapKind>& mapKinds()
 
 std::string configFile(const std::string& program, const MapKind& kind)
 {
-  return configFile(program + "_" + kind.name + ".ini");
+  return configFile(program + "/" + kind.name + ".ini");
 }
 
 std::string savedName(const MapKind& kind)

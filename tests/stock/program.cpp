@@ -135,7 +135,7 @@ std::string lamapTool()
 }
 std::string configFile(const std::string& name)
 {
-  return std::string(LAMAP_SHARE_DIR) + "/" + name;
+  return std::string(LAMAP_SHARE_DIR) + "/ini/" + name;
 }
 
 bool isInstalled(const std::string& program)

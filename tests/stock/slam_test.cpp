@@ -51,7 +51,7 @@ TEST(IcpSlam, DoesNotStartWithAMistypedCountOrKey)
 {
   SKIP_WITHOUT_PROGRAM("icp-slam");
   const fs::path folder = freshFolder();
-  const std::string right = readFile(configFile("icp-slam_bgk.ini"));
+  const std::string right = readFile(configFile("icp-slam/bgk.ini"));
   const std::vector<std::pair<std::string, std::string>> mistakes{
       {"bgkMap_count", "bkgMap_count"}, {"maxRange", "maxRnage"}, {"00_insertOpts", "00_insertOptions"}};
   for (const auto& [correct, mistyped] : mistakes)
@@ -73,7 +73,7 @@ TEST(MapPartition, DoesNotStartWithAMistypedCount)
 {
   SKIP_WITHOUT_PROGRAM("map-partition");
   const fs::path folder = freshFolder();
-  std::string wrong = readFile(configFile("map-partition_bgk.ini"));
+  std::string wrong = readFile(configFile("map-partition/bgk.ini"));
   wrong.replace(wrong.rfind("bgkMap_count"), 3, "bkg");
   writeFile(folder / "MAP-PARTITION_CONFIG.ini", wrong);
   const Outcome outcome = run(withPlugin({"map-partition", "any.simplemap"}), folder);
@@ -100,7 +100,7 @@ TEST_P(EachMap, WeighsTheParticlesOfRbpfSlamAlone)
   const SavedMap map = loadSavedMap(logs / ("finalMap_" + savedName(GetParam()) + ".lamap.gz"));
 
   // The same log by icp-slam's own points map.
-  const Outcome icp = run({"icp-slam", configFile("icp-slam_bgk.ini"), "part.rawlog"}, folder);
+  const Outcome icp = run({"icp-slam", configFile("icp-slam/bgk.ini"), "part.rawlog"}, folder);
   ASSERT_TRUE(icp.succeeded()) << icp.output;
   const auto points = readPoints(folder / "LOG_ICP-SLAM/_finalmaps_.txt_mrpt__maps__CSimplePointsMap_00.txt");
   EXPECT_GT(map.occupied.size(), 100u);

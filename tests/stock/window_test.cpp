@@ -38,7 +38,7 @@ FOR_EACH_KIND_OF_MAP(EachMapInAWindow);
 
 void buildOfficeMap(const fs::path& folder)
 {
-  const Outcome built = run({lamapTool(), "build", "-i", *dataset(kOffice), "-c", configFile("build_bgk.ini"),
+  const Outcome built = run({lamapTool(), "build", "-i", *dataset(kOffice), "-c", configFile("build/bgk.ini"),
                              "-o", "map.lamap.gz"},
                             folder);
   ASSERT_TRUE(built.succeeded()) << built.output;
