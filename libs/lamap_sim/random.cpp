@@ -7,7 +7,7 @@ namespace lamap::sim
 {
 namespace
 {
-/// Scrambles the bits of a number (splitmix64), so that seeds 1, 2, 3 begin far apart.
+/// Scrambles the bits of a number (splitmix64), so that seeds 1, 2, 3 give unrelated sequences.
 uint64_t scrambled(uint64_t bits)
 {
   bits += 0x9E3779B97F4A7C15ULL;
@@ -19,7 +19,8 @@ uint64_t scrambled(uint64_t bits)
 
 SineCosine sineCosine(double angle_rad)
 {
-  // Reduced to [-π/4, π/4]; π/2 in two parts, the first of so few bits that its product with k is exact.
+  // Reduced to [-π/4, π/4]; π/2 is split into two parts, the first with few enough bits that its product with
+  // k is exact.
   constexpr double kHalfPiHigh = 1.5707963267341256;
   constexpr double kHalfPiLow = 6.0771005065061922e-11;
   const double k = std::nearbyint(angle_rad * 0.63661977236758134);

@@ -6,8 +6,8 @@
 
 namespace lamap::sim
 {
-/// Sine and cosine of an angle [rad], |angle| below 1e5, error below 1e-15. Unlike those of the C library,
-/// the same bits on every processor.
+/// Sine and cosine of an angle [rad] with |angle| < 1e5, error below 1e-15. Unlike those of the C library,
+/// they have the same bits on every processor.
 struct SineCosine
 {
   double sine = 0;
@@ -15,23 +15,23 @@ struct SineCosine
 };
 [[nodiscard]] SineCosine sineCosine(double angle_rad);
 
-/** Random numbers that depend on the seed and the stream alone: neither on the processor nor on the C++
- * library, whose distributions are not specified. One object belongs to one thread. */
+/** Random numbers that depend only on the seed and the stream: not on the processor, and not on the C++
+ * library, whose distributions are unspecified. An object must be used by one thread only. */
 class Random
 {
  public:
-  /// Streams of one seed are independent of each other, so that drawing more from one changes no other.
+  /// Streams of one seed are independent: drawing from one does not change the others.
   explicit Random(uint64_t seed, uint64_t stream = 0);
 
   /// In [low, high).
   [[nodiscard]] double uniform(double low, double high);
-  /// In [low, high], both integers.
+  /// In [low, high].
   [[nodiscard]] int integer(int low, int high);
   /// @param prob  in [0, 1]
   [[nodiscard]] bool chance(double prob) { return uniform(0, 1) < prob; }
   /// Gaussian with mean 0 and standard deviation 1 (Box and Muller).
   [[nodiscard]] double normal();
-  /// Three of them.
+  /// Three independent normal() numbers.
   [[nodiscard]] Eigen::Vector3d normal3();
 
  private:

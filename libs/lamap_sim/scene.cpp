@@ -11,8 +11,8 @@ namespace
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-/// Whether a ray may meet a box within a range. Rounding may let it in, never keep it out: boxes are drawn a
-/// little too large.
+/// Whether a ray may meet a box within a range. Boxes are slightly enlarged, so that rounding can only add
+/// meetings, never miss one.
 bool mayMeet(const AlignedBox3d& box, const Vector3d& origin, const Vector3d& direction, double rangeMax_m)
 {
   double enter = 0;
@@ -41,7 +41,7 @@ AlignedBox3d octantOf(const AlignedBox3d& cell, int octant)
   return part;
 }
 
-/// Whether the shapes together fill a cell, as far as halving it tells.
+/// Whether the shapes together fill a cell, as far as halving it can show.
 bool fill(const AlignedBox3d& cell, const std::vector<const Shape*>& shapes, int splits)
 {
   std::vector<const Shape*> near;

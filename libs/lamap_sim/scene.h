@@ -6,10 +6,9 @@
 
 namespace lamap::sim
 {
-/** Solids that may overlap; what lies in none of them is open.
+/** Solids that may overlap; space in none of them is open.
  *
- * Immutable: may be shared between threads. Rays and cells look only at the shapes near them (a tree of
- * bounding boxes).
+ * Immutable: may be shared between threads. Queries visit only nearby shapes (a tree of bounding boxes).
  */
 class Scene
 {
@@ -19,7 +18,7 @@ class Scene
 
   [[nodiscard]] const std::vector<Shape>& shapes() const { return shapes_; }
 
-  /// The first surface along a ray from the open within a range.
+  /// The first surface within a range along a ray that starts in open space.
   /// @param direction_map  of length 1
   [[nodiscard]] std::optional<SurfaceHit> firstHit(const Eigen::Vector3d& origin_map,
                                                    const Eigen::Vector3d& direction_map,
@@ -27,13 +26,13 @@ class Scene
 
   [[nodiscard]] bool solidAt(const Eigen::Vector3d& point_map) const;
 
-  /** How a cell lies to all solids together. Outside and Inside are never wrong. A cell that only several
-   * solids together fill is recognized where each of its parts, halved `splits` times along every axis, lies
-   * in one of them. */
+  /** How a cell lies relative to the union of all solids. Outside and Inside are never wrong. A cell that
+   * only several solids together fill is recognized if each of its parts, after halving it `splits` times
+   * along each axis, lies in one of them. */
   [[nodiscard]] Relation relationOf(const Eigen::AlignedBox3d& cell_map, int splits = 3) const;
 
  private:
-  /// A box around shapes first .. last-1 of order_; its children are the next node and `second`.
+  /// The bounding box of shapes first .. last-1 of order_; its children are the next node and `second`.
   struct Node
   {
     Eigen::AlignedBox3d bounds;
@@ -43,14 +42,13 @@ class Scene
   };
 
   size_t addNode(size_t first, size_t last);
-  /// Calls visit(shape) for all shapes whose surrounding boxes satisfy near(box); visit returns whether to go
-  /// on.
+  /// Calls visit(shape) for all shapes whose enclosing boxes satisfy near(box), until visit returns false.
   template <class Near, class Visit>
   void visitNear(const Near& near, const Visit& visit) const;
 
   std::vector<Shape> shapes_;
   std::vector<Eigen::AlignedBox3d> bounds_;  ///< of shapes_
-  std::vector<size_t> order_;                ///< of the bounded shapes, as the leaves hold them
+  std::vector<size_t> order_;                ///< of the bounded shapes, by leaf
   std::vector<size_t> unbounded_;
   std::vector<Node> nodes_;
 };

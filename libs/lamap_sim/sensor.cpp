@@ -18,7 +18,7 @@ Eigen::Vector3d directionOf(double azimuth_rad, double elevation_rad)
   return {elevation.cosine * azimuth.cosine, elevation.cosine * azimuth.sine, elevation.sine};
 }
 
-/// Directions in the middles of the cells of a grid of angles, around straight ahead.
+/// Directions at the centres of the cells of a grid of angles, centred on the x axis.
 std::vector<Eigen::Vector3d> angleGrid(int azimuths, double azimuthSpan_rad, int elevations,
                                        double elevationSpan_rad)
 {
@@ -87,7 +87,7 @@ SensorModel sonar(int echoRanks)
   sensor.kind = SensorKind::Sonar;
   sensor.rangeMax_m = 15;
   sensor.aperture_rad = 15 * kDegree;
-  // Rings of equal width around the axis, so that each ray stands for the same solid angle.
+  // Rings of equal width around the axis, so that each ray covers the same solid angle.
   constexpr int kRings = 6;
   sensor.beams.push_back(Eigen::Vector3d::UnitX());
   for (int ring = 1; ring <= kRings; ++ring)

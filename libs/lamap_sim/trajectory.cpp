@@ -19,7 +19,7 @@ double lengthOf(const Vector2d& v)
   return std::sqrt(v.x() * v.x() + v.y() * v.y());
 }
 
-/// A line of straight pieces, by the distance from its begin.
+/// A polyline, parametrized by the distance from its start.
 class Path
 {
  public:
@@ -41,7 +41,8 @@ class Path
     return corners_[piece] + share * (corners_[piece + 1] - corners_[piece]);
   }
 
-  /// Angle of the way half a metre ahead; at the end, and where the way turns back, that of the piece.
+  /// Direction of the point half a metre ahead; at the end, and where the path turns back, that of the
+  /// segment.
   [[nodiscard]] double headingAt(double distance) const
   {
     if (corners_.size() < 2) return heading_;
@@ -50,7 +51,7 @@ class Path
     Vector2d ahead = at(distance + kAhead_m) - at(distance);
     const size_t piece = pieceAt(distance);
     if (lengthOf(ahead) < kTooNear_m) ahead = corners_[piece + 1] - corners_[piece];
-    // On a grid of angles, so that it does not depend on the last bit of a processor's atan2.
+    // Rounded to a grid of angles, so that it does not depend on the last bit of the processor's atan2.
     return std::ldexp(std::nearbyint(std::ldexp(std::atan2(ahead.y(), ahead.x()), 20)), -20);
   }
 
@@ -112,7 +113,7 @@ std::vector<Pose> makeTrajectory(const World& world, const SensorModel& sensor, 
   const Path path(world);
   const double z = sensorHeight(world, sensor);
   const int shots = scans * sensor.pingsPerScan;
-  // At a single place there is nothing to turn for: all scans are of one pose.
+  // At a single place there is no path to follow: all scans have the same pose.
   const int headings = world.path_map.size() > 1 ? sensor.headingsPerStop : 1;
   const int perPlace = motion == Motion::Driving ? 1 : sensor.pingsPerScan * headings;
   const int places = (shots + perPlace - 1) / perPlace;

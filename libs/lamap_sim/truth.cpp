@@ -17,10 +17,10 @@ using Index3 = std::array<int32_t, 3>;
 
 enum Label : uint8_t
 {
-  kNeither,  ///< it holds a surface, or lies beyond the interior without being solid
+  kNeither,  ///< contains a surface, or is outside the interior without being solid
   kOpen,
   kSolid,
-  kDeep  ///< solid, too far behind any surface
+  kDeep  ///< solid, but too far behind any surface
 };
 
 /// Labels of a box of cells.
@@ -52,7 +52,7 @@ class LabelGrid
     labels_.resize(static_cast<size_t>(count), kNeither);
   }
 
-  /// Labels the cells begin .. begin+edge-1, all at once where they agree.
+  /// Labels the cells begin .. begin+edge-1, all together if they agree.
   /// @return false if it was stopped
   bool label(const Index3& begin, int32_t edge, const std::function<bool()>& shouldStop)
   {
@@ -82,7 +82,7 @@ class LabelGrid
                        [&](const Index3& part) { return label(part, kBlock, shouldStop); });
   }
 
-  /// Takes solid cells out that have nothing but solid cells around them.
+  /// Removes solid cells that have only solid cells around them.
   void dropDeepCells()
   {
     // Spread along one axis after the other: near[i] is set where a cell within depth_ was.

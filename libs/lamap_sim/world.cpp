@@ -11,8 +11,8 @@
 
 namespace lamap::sim
 {
-// Arguments are evaluated in no certain order: at most one of a call may draw from the generator, and several
-// draws in it stand in braces.
+// The order in which arguments are evaluated is unspecified: at most one argument of a call may draw from the
+// generator, and several draws must be in braces.
 namespace
 {
 using Eigen::Vector2d;
@@ -81,7 +81,7 @@ World unstructured(uint64_t seed)
   return builder.take("unstructured");
 }
 
-/// A block with a door in it: a wall along x at y .. y + thickness.
+/// A wall with a door, along x at y .. y + thickness.
 void addWallWithDoor(WorldBuilder& builder, double xLow, double xHigh, double y, double doorX,
                      double ceiling_m)
 {
@@ -94,7 +94,7 @@ void addWallWithDoor(WorldBuilder& builder, double xLow, double xHigh, double y,
   builder.addBlock({xLow, y, kDoorHeight_m}, {xHigh, y + kThickness_m, high});
 }
 
-/// Furniture of an office: its corners, without the walls.
+/// Furniture for the office between two corners, walls excluded.
 void furnish(WorldBuilder& builder, const Vector2d& low, const Vector2d& high)
 {
   Random& random = builder.random();

@@ -9,8 +9,9 @@
 
 namespace lamap::sim
 {
-/** Puts a world together. All coordinates are the world's own: its interior goes from zero to `size`. In the
- * map it is moved by a few centimetres, drawn from the seed, so that its surfaces lie off the faces of cells.
+/** Builds a world. All coordinates are the world's own: its interior extends from zero to `size`. In the map
+ * it is shifted by a few centimetres, drawn from the seed, so that its surfaces are not on the faces of
+ * cells.
  */
 class WorldBuilder
 {
@@ -21,9 +22,9 @@ class WorldBuilder
 
   /// Solid below z = 0.
   void addFloor();
-  /// Walls one metre thick around the interior, as high as it.
+  /// Walls around the interior, one metre thick and as high as the interior.
   void addWallsAround();
-  /// Solid everywhere but in the interior.
+  /// Solid everywhere outside the interior.
   void encloseAll();
   /// Solid below the plane through a point.
   void addSlope(const Eigen::Vector3d& normal, const Eigen::Vector3d& through);
@@ -35,21 +36,21 @@ class WorldBuilder
   void addEllipsoid(const Eigen::Vector3d& centre, const Eigen::Vector3d& radii);
 
   void setPath(std::vector<Eigen::Vector2d> corners) { path_ = std::move(corners); }
-  /// Whether a disc keeps a distance from the path.
+  /// Whether a disc is at least a distance away from the path.
   [[nodiscard]] bool isClear(const Eigen::Vector2d& centre, double radius, double distance) const;
-  /// A random place for a disc's centre that is clear; nothing if a number of attempts find none.
+  /// A random clear place for a disc's centre; empty if several attempts find none.
   [[nodiscard]] std::optional<Eigen::Vector2d> freePlace(const Eigen::Vector2d& low,
                                                          const Eigen::Vector2d& high, double radius,
                                                          double distance);
 
-  /// The world as it stands, moved into the map.
+  /// The world built so far, shifted into the map.
   [[nodiscard]] World take(const std::string& name);
 
  private:
   Random random_;
   Eigen::Vector3d size_;
   Eigen::Vector3d offset_;
-  std::vector<Shape> shapes_;  ///< in the map already
+  std::vector<Shape> shapes_;  ///< in the map's coordinates
   std::vector<Eigen::Vector2d> path_;
 };
 

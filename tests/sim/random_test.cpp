@@ -20,7 +20,7 @@ TEST(SineCosine, AgreesWithTheLibraryWithinRounding)
   }
 }
 
-// Values from an independent program (a Mersenne twister and splitmix64 written from their definitions).
+// Values from an independent program (Mersenne twister and splitmix64, written from their definitions).
 TEST(Random, GivesTheSameNumbersEverywhere)
 {
   Random random(7, 3);

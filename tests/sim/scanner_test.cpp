@@ -31,7 +31,7 @@ Pose standing(double x, double y, double z, double yaw = 0.3)
   return pose;
 }
 
-/// Distance to the nearest of the hall's surfaces.
+/// Distance to the hall's nearest surface.
 double offSurface(const Vector3d& p)
 {
   return std::min({std::abs(p.z()), std::abs(5 - std::abs(p.x())), std::abs(5 - std::abs(p.y()))});
@@ -71,7 +71,7 @@ TEST(Scanner, ExactReadingsEndOnSurfaces)
       EXPECT_NEAR(reading.point_sensor.norm(), 12, 1e-12);  // 1.5 times 8 m
   }
   EXPECT_GT(returns, 2000);
-  EXPECT_LT(returns, 3500);  // diagonally to the corners it is farther than 8 m
+  EXPECT_LT(returns, 3500);  // the corners are farther away than 8 m
 }
 
 double deviation(const std::vector<double>& errors)
@@ -105,8 +105,8 @@ TEST(Scanner, EachNoiseHasItsStatedSize)
   EXPECT_NEAR(errorsWith(point, [](const BeamReading& a, const BeamReading& b)
                          { return b.point_sensor.y() - a.point_sensor.y(); }),
               0.02, 0.0015);
-  // Straight ahead at 5 m a wall stands across: an error of the angle moves the range in the second order
-  // only, at 45° by 5·√2 m · angle.
+  // A wall crosses the view at 5 m: straight ahead, an error of the angle changes the range only in second
+  // order; at 45°, by 5·√2 m · angle.
   NoiseOptions angle;
   angle.angle_rad = 0.01;
   const auto noisy = Scanner(hall(), sensor, angle, 1).scan(pose, 0);
@@ -135,7 +135,7 @@ TEST(Scanner, LosesTheStatedShareOfReturns)
   EXPECT_NEAR(lost / (20 * 361.0), 0.25, 0.02);
 }
 
-TEST(Scanner, OneNoiseChangesNothingOfTheOthers)
+TEST(Scanner, ChangingOneNoiseDoesNotChangeTheOthers)
 {
   const SensorModel sensor = makeSensor("planar-laser");
   NoiseOptions missing;
@@ -146,7 +146,7 @@ TEST(Scanner, OneNoiseChangesNothingOfTheOthers)
   const auto second = Scanner(hall(), sensor, both, 5).scan(standing(0, 0, 1), 3);
   for (size_t i = 0; i < first.size(); ++i)
     EXPECT_EQ(first[i].range_m.has_value(), second[i].range_m.has_value());
-  // ... and another scan or seed has other noise.
+  // Another scan or seed has other noise.
   const auto other = Scanner(hall(), sensor, both, 5).scan(standing(0, 0, 1), 4);
   EXPECT_NE(*other[180].range_m, second[180].range_m.value_or(0));
 }
@@ -159,14 +159,14 @@ TEST(Scanner, APlanarSensorStaysInItsPlane)
   noise.turn_rad = 0.1;
   const Scanner scanner(hall(), makeSensor("planar-laser"), noise, 2);
   for (const BeamReading& reading : scanner.scan(standing(0, 0, 0.01), 0))
-    EXPECT_TRUE(reading.range_m && *reading.range_m > 4.9);  // upwards or downwards it would meet the floor
+    EXPECT_TRUE(reading.range_m && *reading.range_m > 4.9);  // with a tilt it would meet the floor
   const Pose reported = scanner.reportedPose(standing(0, 0, 1), 0);
   EXPECT_EQ(reported.position_map.z(), 1);
   EXPECT_EQ(reported.pitch_rad, 0);
   EXPECT_NE(reported.yaw_rad, 0.3);
 }
 
-TEST(Scanner, RefusesWhatCannotBe)
+TEST(Scanner, RefusesImpossibleSettings)
 {
   const World world = hall();
   const SensorModel laser = makeSensor("sector-laser");
@@ -210,18 +210,18 @@ TEST(Sonar, HearsEverySurfaceInItsBeamTheNearestFirst)
   const auto first = Scanner(world, makeSensor("sonar-range"), {}, 1).ping(ahead, {}, 0);
   ASSERT_EQ(first.size(), 1U);
   EXPECT_EQ(first[0].range_m, echoes[0].range_m);
-  // Behind it nothing but the wall.
+  // Only the wall is behind it.
   EXPECT_EQ(Scanner(world, makeSensor("sonar"), {}, 1).ping(standing(0, 0, 2, 0), {M_PI, 0}, 0).size(), 1U);
 }
 
-TEST(Sonar, ItsHeadTurnsAllAroundAndDown)
+TEST(Sonar, HeadTurnsAllAroundAndDown)
 {
   const SensorModel sonar = makeSensor("sonar");
   EXPECT_NEAR(headTurn(sonar, 60).yaw_rad, 0, 1e-12);
   EXPECT_NEAR(headTurn(sonar, 61).yaw_rad, M_PI / 60, 1e-12);
   EXPECT_EQ(headTurn(sonar, 119).pitch_rad, 0);
   EXPECT_NEAR(headTurn(sonar, 120).pitch_rad, M_PI / 9, 1e-12);
-  // Straight down from 2 m it hears the floor.
+  // Pointing straight down from 2 m, it hears the floor.
   const auto echoes = Scanner(hall(), sonar, {}, 1).ping(standing(1, 1, 2), {0.4, M_PI / 2}, 0);
   ASSERT_FALSE(echoes.empty());
   EXPECT_NEAR(echoes[0].range_m, 2, 1e-9);

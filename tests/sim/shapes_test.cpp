@@ -32,7 +32,7 @@ Vector3d randomDirection(Random& random)
   }
 }
 
-/// One of each kind, of random sizes, near the origin.
+/// One shape of each kind, of random size, near the origin.
 Shape randomShape(Random& random, int kind)
 {
   const Vector3d centre = inBox(random, cube(0.5));
@@ -59,7 +59,7 @@ Shape randomShape(Random& random, int kind)
 }
 constexpr int kKinds = 5;
 
-/// The first of many small steps along a ray that lies in a solid; nothing within the range.
+/// The first of many small steps along a ray that lies in a solid; empty if none within the range does.
 template <class Solid>
 std::optional<double> firstStepInside(const Solid& solidAt, const Vector3d& origin, const Vector3d& direction,
                                       double rangeMax_m, double step_m)
@@ -89,7 +89,7 @@ TEST(Shapes, RaysMeetThemWhereSmallStepsDo)
       ++hits;
       ASSERT_TRUE(hit);
       EXPECT_LE(hit->range_m, *stepped + 1e-9);
-      // A ray may have cut a corner between two steps before.
+      // Between two earlier steps, the ray may have crossed a corner.
       if (hit->range_m < *stepped - kStep - 1e-9)
       {
         EXPECT_FALSE(contains(shape, origin + (hit->range_m + kStep) * direction));
@@ -122,7 +122,8 @@ TEST(Shapes, ARayThatStartsInsideHitsAtOnceAndOneThatLooksAwayNever)
   EXPECT_EQ(firstHit(block, Vector3d(-1, 0.5, 0.5), Vector3d::UnitX())->range_m, 1);
 }
 
-/// Whether points of a box lie in a solid: some, and not all. Its corners and a grid of points between them.
+/// Whether any, and whether all, of the sample points of a box (its corners and a grid between them) are
+/// solid.
 template <class Solid>
 Relation sampledRelation(const Solid& solidAt, const AlignedBox3d& box)
 {
@@ -141,7 +142,7 @@ Relation sampledRelation(const Solid& solidAt, const AlignedBox3d& box)
   return all ? Relation::Inside : any ? Relation::Mixed : Relation::Outside;
 }
 
-TEST(Shapes, CellsLieToThemAsTheirPointsDo)
+TEST(Shapes, RelationToACellAgreesWithItsPoints)
 {
   Random random(12);
   std::array<int, 3> seen{};
@@ -155,7 +156,7 @@ TEST(Shapes, CellsLieToThemAsTheirPointsDo)
     const Relation sampled = sampledRelation([&](const Vector3d& p) { return contains(shape, p); }, cell);
     ++seen[static_cast<size_t>(said)];
     if (said == sampled) continue;
-    // A grid of points may miss the small piece of a mixed cell; it never finds one that is not there.
+    // A grid of points may miss the small part of a mixed cell, but never finds one that does not exist.
     ASSERT_EQ(said, Relation::Mixed) << "kind " << i % kKinds << " sampled " << static_cast<int>(sampled);
     const AlignedBox3d smaller(cell.center() - 0.35 * cell.sizes(), cell.center() + 0.35 * cell.sizes());
     EXPECT_EQ(sampledRelation([&](const Vector3d& p) { return contains(shape, p); }, smaller), sampled);
@@ -209,7 +210,7 @@ TEST(Scene, FindsTheFirstOfAllSurfaces)
   }
 }
 
-TEST(Scene, CellsLieToAllSolidsTogetherAsTheirPointsDo)
+TEST(Scene, RelationToAllSolidsAgreesWithTheCellsPoints)
 {
   Random random(14);
   std::array<int, 3> seen{};

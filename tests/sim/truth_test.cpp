@@ -46,8 +46,8 @@ TEST(Truth, EveryPointOfACellAgreesWithItsLabel)
   }
 }
 
-// What is left out holds a surface, lies deep in a wall, or lies beyond the interior.
-TEST(Truth, LeavesOutNothingElseWithinTheWorld)
+// Cells without a label contain a surface, are deep in a wall, or are outside the interior.
+TEST(Truth, OmitsNothingElseWithinTheWorld)
 {
   const World world = makeWorld("structured", 9);
   const auto labels = labelsOf(truthOf(world, {0.1, 2}));
@@ -64,7 +64,7 @@ TEST(Truth, LeavesOutNothingElseWithinTheWorld)
     bool anyOpen = false;
     for (int j = 0; j < 400; ++j)
       (world.scene.solidAt(pointIn(random, cell, 0.1)) ? anySolid : anyOpen) = true;
-    for (int corner = 0; corner < 8; ++corner)  // a sliver at a face is missed by random points
+    for (int corner = 0; corner < 8; ++corner)  // random points miss a sliver at a face
     {
       const Vector3d offset((corner & 1), (corner >> 1 & 1), (corner >> 2));
       if (!world.scene.solidAt((Vector3d(cell.x, cell.y, cell.z) + offset) * 0.1)) anyOpen = true;
@@ -73,7 +73,7 @@ TEST(Truth, LeavesOutNothingElseWithinTheWorld)
     if (anyOpen && anySolid) ++mixed;
     EXPECT_TRUE(anySolid || atRim);
     if (anyOpen || !anySolid) continue;
-    // Wholly solid as far as seen: then every cell around it up to two away is solid, or it is a sliver.
+    // Solid at all sample points: then every cell up to two away is solid, or the open part is a sliver.
     for (int j = 0; j < 50; ++j)
     {
       const CellIndex near{cell.x + random.integer(-2, 2), cell.y + random.integer(-2, 2),
@@ -110,7 +110,7 @@ TEST(Truth, SolidCellsReachAsDeepAsAskedForOnEverySide)
       high = high.max(index);
       count += cell.solid ? 0 : 1;
     }
-    // The surfaces' own cells are 0 and 9.
+    // Cells 0 and 9 contain the surfaces.
     EXPECT_TRUE((low == -depth).all()) << low.transpose();
     EXPECT_TRUE((high == 9 + depth).all()) << high.transpose();
     EXPECT_EQ(count, 8 * 8 * 8);
@@ -133,8 +133,7 @@ TEST(Truth, IsSorted)
   }
 }
 
-// Rays from open places: what they pass is free or unlabelled, and right behind where they end is no free
-// cell.
+// Rays from open space pass only free or unlabelled cells, and the cell just behind their end is never free.
 TEST(Truth, AgreesWithRaysCastInTheWorld)
 {
   for (const char* name : {"structured", "unstructured", "corridor", "pier"})

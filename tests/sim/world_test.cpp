@@ -23,7 +23,7 @@ TEST(World, HasTheStatedSize)
   EXPECT_THROW(makeWorld("atlantis", 1), std::invalid_argument);
 }
 
-/// Every number that a world consists of.
+/// All numbers that define a world.
 std::vector<double> numbersOf(const World& world)
 {
   std::vector<double> numbers;
@@ -50,8 +50,8 @@ TEST(World, FollowsFromItsSeed)
   }
 }
 
-// Whatever the seed: no sensor that goes the world's way comes near a solid.
-TEST(World, ItsWayKeepsClearOfSolids)
+// For every seed: no sensor on the world's path comes near a solid.
+TEST(World, PathKeepsClearOfSolids)
 {
   for (const std::string& name : worldNames())
     for (uint64_t seed = 0; seed < 25; ++seed)
@@ -127,11 +127,11 @@ TEST(Trajectory, DrivingGoesEqualDistancesAndLooksAhead)
     EXPECT_LT(step.norm(), 0.15);
     EXPECT_LT(std::abs(std::remainder(poses[i].yaw_rad - poses[i - 1].yaw_rad, 2 * M_PI)), 0.6);
     const double ahead = step.x() * std::cos(poses[i].yaw_rad) + step.y() * std::sin(poses[i].yaw_rad);
-    EXPECT_GT(ahead, -0.2 * step.norm());  // at the sharpest corner it slides sideways
+    EXPECT_GT(ahead, -0.2 * step.norm());  // at the sharpest corner it moves sideways
   }
 }
 
-TEST(Trajectory, ASonarHasOnePoseAPing)
+TEST(Trajectory, ASonarHasOnePosePerPing)
 {
   const SensorModel sonar = makeSensor("sonar");
   const auto poses = makeTrajectory(makeWorld("pier", 1), sonar, Motion::Stops, 3);

@@ -28,7 +28,7 @@ std::string lastLine(const std::string& text)
 Display::Display(const std::filesystem::path& folder) : folder_(folder / "display")
 {
   std::filesystem::create_directories(folder_ / "home");
-  // It chooses a number that is free and prints it.
+  // Xvfb chooses a free display number and prints it.
   server_ = std::make_unique<Program>(
       std::vector<std::string>{"Xvfb", "-displayfd", "1", "-screen", "0", "1280x900x24", "-nolisten", "tcp"},
       folder_);

@@ -8,37 +8,37 @@
 
 namespace lamap::test
 {
-/** An X display in memory, for programs with windows. There is no window manager: windows lie in the upper
- * left corner over each other, and nothing has the focus unless it is given. */
+/** An X display in memory, for programs with windows. There is no window manager: windows overlap in the
+ * upper left corner, and none has the focus unless it is set. */
 class Display
 {
  public:
   /// @throws std::runtime_error if Xvfb does not start
   explicit Display(const std::filesystem::path& folder);
 
-  /// What a program needs to find it, and a home of its own.
+  /// Environment variables by which a program finds the display, and its own home folder.
   [[nodiscard]] Program::Environment environment() const;
 
-  /// Whether a window's title has this in it.
+  /// Whether any window's title contains this text.
   [[nodiscard]] bool hasWindow(const std::string& title) const;
-  /// Waits for a window and gives it the focus. @throws std::runtime_error if it does not come
+  /// Waits for a window and gives it the focus. @throws std::runtime_error if it does not appear
   void focus(const std::string& title) const;
-  /// Moves it to the upper left corner, too.
+  /// Also moves it to the upper left corner.
   void resize(const std::string& title, int width, int height) const;
-  /// Clicks at a place given as shares of a window's width and height.
+  /// Clicks at a position given as fractions of a window's width and height.
   void click(const std::string& title, double x, double y) const;
   /// Presses keys one after the other, as xdotool names them.
   void press(const std::vector<std::string>& keys) const;
-  /// Types text; its line ends are presses of Return.
+  /// Types text; line ends become presses of Return.
   void type(const std::string& text) const;
 
-  /// What a picture is made of, in shares of its pixels.
+  /// Contents of a picture, as shares of its pixels.
   struct Picture
   {
     double coloured = 0;  ///< neither grey, white nor black
     double green = 0;     ///< clearly greener than red and than blue
   };
-  /// The whole display, also left as a file for looking at.
+  /// A screenshot of the whole display, also kept as a file for inspection.
   Picture screenshot(const std::filesystem::path& png) const;
 
  private:

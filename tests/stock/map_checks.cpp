@@ -61,7 +61,7 @@ SavedMap loadSavedMap(const std::filesystem::path& path)
 {
   const auto loaded = loadMapFile(path.string());
   const auto map = std::dynamic_pointer_cast<const CLearnedMap>(loaded);
-  if (!map) throw std::runtime_error(path.string() + " is none of this library's maps");
+  if (!map) throw std::runtime_error(path.string() + " is not one of this library's maps");
   SavedMap saved;
   saved.className = loaded->GetRuntimeClass()->className;
   const double r = map->resolution();

@@ -100,7 +100,7 @@ Outcome Program::stop()
     waitpid(pid_, &status, 0);
     status_ = status;
   }
-  kill(-pid_, SIGKILL);  // what it has started
+  kill(-pid_, SIGKILL);  // and all processes it has started
   Outcome outcome;
   if (WIFEXITED(*status_)) outcome.exitCode = WEXITSTATUS(*status_);
   outcome.output = output();
@@ -168,7 +168,7 @@ fs::path freshFolder()
 {
   const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
   std::string name = std::string(test->test_suite_name()) + "." + test->name();
-  std::replace(name.begin(), name.end(), '/', '_');  // of a test with a parameter
+  std::replace(name.begin(), name.end(), '/', '_');  // in names of parametrized tests
   const fs::path folder = fs::path(LAMAP_WORK_DIR) / name;
   fs::remove_all(folder);
   fs::create_directories(folder);

@@ -11,31 +11,32 @@
 
 namespace lamap::test
 {
-/// How a program ended, and all it printed.
+/// How a program ended, and its output.
 struct Outcome
 {
-  std::optional<int> exitCode;  ///< nothing if a signal ended it
-  bool timedOut = false;        ///< that signal was ours
+  std::optional<int> exitCode;  ///< empty if a signal ended it
+  bool timedOut = false;        ///< the signal was ours
   std::string output;           ///< standard output and standard error as they came
 
   [[nodiscard]] bool succeeded() const { return exitCode == 0; }
 };
 
-/// What a program reads keys from.
+/// Standard input of a program.
 enum class Keys
 {
-  None,     ///< at its end, so that "Press any key" does not wait
-  Terminal  ///< one at which nobody sits
+  None,     ///< empty, so that "Press any key" does not wait
+  Terminal  ///< a terminal without a user
 };
 
-/// A program with its own process group, started at once; whatever is left of the group is killed in the end.
+/// A program with its own process group, started on construction; what remains of the group is killed at the
+/// end.
 class Program
 {
  public:
   using Environment = std::vector<std::pair<std::string, std::string>>;
 
-  /// @param command looked up in PATH. @param folder where it runs. @throws std::runtime_error if it cannot
-  /// be started
+  /// @param command found through PATH. @param folder its working folder. @throws std::runtime_error if it
+  /// cannot be started
   Program(const std::vector<std::string>& command, const std::filesystem::path& folder,
           const Environment& environment = {}, Keys keys = Keys::None);
   ~Program();
@@ -43,11 +44,11 @@ class Program
   Program& operator=(const Program&) = delete;
 
   [[nodiscard]] bool isRunning();
-  /// Waits until it ends, or ends it when the time is over.
+  /// Waits until it ends, or ends it after the time limit.
   Outcome wait(std::chrono::seconds timeout);
-  /// Ends it; for programs with windows, which nobody closes.
+  /// Ends it; for programs with windows, which do not end on their own.
   Outcome stop();
-  /// What it has printed so far.
+  /// Its output so far.
   [[nodiscard]] std::string output() const;
 
  private:
@@ -67,21 +68,21 @@ Outcome run(const std::vector<std::string>& command, const std::filesystem::path
 /// `lamap run -- command…`
 std::vector<std::string> withPlugin(const std::vector<std::string>& command);
 
-/// Path of the plug-in, of the tool, and of a ready configuration.
+/// Paths of the plug-in, of the tool, and of a ready-made configuration.
 std::string pluginFile();
 std::string lamapTool();
 std::string configFile(const std::string& name);
 
-/// Whether a program stands in PATH.
+/// Whether a program is in PATH.
 bool isInstalled(const std::string& program);
 
-/// A file of the Debian package mrpt-common; nothing if it is not installed.
+/// A file of the Debian package mrpt-common; empty if it is not installed.
 std::optional<std::string> dataset(const std::string& name);
 
-/// Calls a question every 0.1 s. @return whether its answer became yes in time.
+/// Evaluates a condition every 0.1 s. @return whether it became true in time.
 bool becomes(const std::function<bool()>& question, std::chrono::seconds timeout);
 
-/// An empty folder of this test, removed before it is made again, left for looking at afterwards.
+/// An empty folder for this test, made anew for each run and kept afterwards for inspection.
 std::filesystem::path freshFolder();
 
 std::string readFile(const std::filesystem::path& path);

@@ -1,4 +1,4 @@
-// Logs: one that holds our map, and one that rawlog-grabber wrote.
+// Logs: one that contains our map, and one written by rawlog-grabber.
 #include <gtest/gtest.h>
 
 #include "map_checks.h"
@@ -28,7 +28,7 @@ TEST_P(EachMapInALog, IsReadByRawlogEditWithThePlugin)
   ASSERT_TRUE(built.succeeded()) << built.output;
   writeLogWithMap(folder / "map.lamap.gz", folder / "with_map.rawlog");
 
-  // The map and the readings of odometry around it; without the plug-in it stops at the map.
+  // The map and the odometry readings around it; without the plug-in, rawlog-edit stops at the map.
   const std::string count = "Overall number of objects         : ";
   const Outcome with = run({"rawlog-edit", "-p", pluginFile(), "-i", "with_map.rawlog", "--info"}, folder);
   EXPECT_TRUE(with.succeeded()) << with.output;
@@ -46,14 +46,14 @@ TEST(RawlogGrabber, WritesLogsThatBecomeMaps)
   for (const char* program : {"rawlog-grabber", "rawlog-edit"}) SKIP_WITHOUT_PROGRAM(program);
   SKIP_WITHOUT_DATASET(kDepthCamera);
   const fs::path folder = freshFolder();
-  // Its camera driver takes the pictures of another log for a camera's.
+  // Its camera driver replays the pictures of another log as those of a camera.
   repeatObservation(*dataset(kDepthCamera), 8, 0.1, folder / "camera.rawlog");
   writeFile(
       folder / "grabber.ini",
       "[global]\nrawlog_prefix = grabbed\ntime_between_launches = 300\nuse_sensoryframes = 0\n"
       "GRABBER_PERIOD_MS = 200\n[CAMERA]\ndriver = CCameraSensor\nprocess_rate = 5\nsensorLabel = CAMERA\n"
       "grabber_type = rawlog\nrawlog_file = camera.rawlog\npreview_decimation = 0\n");
-  // It ends by itself at the end of that log, with an error of its driver.
+  // It ends at the end of that log, with an error from its driver.
   Program grabber({"rawlog-grabber", "-p", pluginFile(), "grabber.ini"}, folder, {}, Keys::Terminal);
   const Outcome grabbed = grabber.wait(std::chrono::seconds(60));
   ASSERT_NE(grabbed.output.find("objects."), std::string::npos) << grabbed.output;
@@ -68,7 +68,7 @@ TEST(RawlogGrabber, WritesLogsThatBecomeMaps)
   writeFile(folder / "poses.txt",
             "1462879442 0 0 0 0 0 0 1\n"
             "1462879460 0 0 0 0 0 0 1\n");
-  // As it is, and with ranges and pictures in files of their own.
+  // As it is, and with ranges and pictures in separate files.
   const Outcome external =
       run({"rawlog-edit", "--externalize", "-i", log.string(), "-o", "external.rawlog"}, folder);
   ASSERT_TRUE(external.succeeded()) << external.output;
@@ -82,7 +82,7 @@ TEST(RawlogGrabber, WritesLogsThatBecomeMaps)
     maps.push_back(loadSavedMap(folder / "grabbed.lamap.gz"));
     EXPECT_GT(maps.back().occupied.size(), 1000u);
     EXPECT_GT(maps.back().free, maps.back().occupied.size());
-    // The camera looks along x, 5 m at most.
+    // The camera looks along x and sees at most 5 m.
     for (const Point& cell : maps.back().occupied)
     {
       EXPECT_GT(cell.x, 0.2);

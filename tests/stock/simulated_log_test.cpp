@@ -13,7 +13,7 @@ TEST(RawlogEdit, ReadsSimulatedLogs)
 {
   SKIP_WITHOUT_PROGRAM("rawlog-edit");
   const fs::path folder = freshFolder();
-  // World, entries of its log, a label in it.
+  // World, number of entries in its log, a label in it.
   const std::vector<std::tuple<std::string, int, std::string>> logs{
       {"structured", 6, "sector-laser"}, {"flatland", 6, "planar-laser"}, {"pier", 720, "SONAR/echo2"}};
   for (const auto& [world, entries, label] : logs)

@@ -27,7 +27,7 @@ class EachMap : public ::testing::TestWithParam<MapKind>
 };
 FOR_EACH_KIND_OF_MAP(EachMap);
 
-TEST_P(EachMap, IsFilledAndSavedByIcpSlamBesideItsOwn)
+TEST_P(EachMap, IsFilledAndSavedByIcpSlamAlongWithItsOwn)
 {
   SKIP_WITHOUT_PROGRAM("icp-slam");
   SKIP_WITHOUT_DATASET(kSena);
@@ -46,7 +46,7 @@ TEST_P(EachMap, IsFilledAndSavedByIcpSlamBesideItsOwn)
   EXPECT_GT(fs::file_size(logs / (saved + ".ply")), 1000u);
 }
 
-// By itself icp-slam ignores both in silence.
+// On its own, icp-slam silently ignores both.
 TEST(IcpSlam, DoesNotStartWithAMistypedCountOrKey)
 {
   SKIP_WITHOUT_PROGRAM("icp-slam");
@@ -68,7 +68,7 @@ TEST(IcpSlam, DoesNotStartWithAMistypedCountOrKey)
   }
 }
 
-// It reads a file that is not among its arguments.
+// It reads a file that is not one of its arguments.
 TEST(MapPartition, DoesNotStartWithAMistypedCount)
 {
   SKIP_WITHOUT_PROGRAM("map-partition");
@@ -82,7 +82,7 @@ TEST(MapPartition, DoesNotStartWithAMistypedCount)
   EXPECT_EQ(outcome.output.find("Part of the MRPT"), std::string::npos) << "map-partition has started";
 }
 
-TEST_P(EachMap, WeighsTheParticlesOfRbpfSlamAlone)
+TEST_P(EachMap, WeightsTheParticlesOfRbpfSlamAlone)
 {
   SKIP_WITHOUT_PROGRAM("rbpf-slam");
   SKIP_WITHOUT_PROGRAM("icp-slam");
@@ -105,7 +105,7 @@ TEST_P(EachMap, WeighsTheParticlesOfRbpfSlamAlone)
   const auto points = readPoints(folder / "LOG_ICP-SLAM/_finalmaps_.txt_mrpt__maps__CSimplePointsMap_00.txt");
   EXPECT_GT(map.occupied.size(), 100u);
   EXPECT_GT(map.free, map.occupied.size());
-  EXPECT_GE(shareNear(map.occupied, points, 0.4), 0.55);  // two ways of SLAM: they do not drift alike
+  EXPECT_GE(shareNear(map.occupied, points, 0.4), 0.55);  // two SLAM methods, which drift differently
 }
 
 TEST_P(EachMap, IsMadeFromASimpleMapByObservations2map)
@@ -127,7 +127,7 @@ TEST_P(EachMap, LocatesTheRobotAloneInPfLocalization)
   SKIP_WITHOUT_PROGRAM("pf-localization");
   SKIP_WITHOUT_DATASET(kOffice);
   const fs::path folder = freshFolder();
-  // A run may end beside the robot: one of two must not. localize_often.sh counts.
+  // A run may end away from the robot; one of two must not. localize_often.sh counts them.
   constexpr double kGoal_m = 0.3;
   Point end;
   for (int attempt = 0; attempt < 2; ++attempt)

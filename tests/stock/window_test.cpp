@@ -1,4 +1,4 @@
-// Stock programs with windows, on a display in memory. Each test leaves its screenshots in its folder.
+// Stock programs with windows, on a display in memory. Each test keeps its screenshots in its folder.
 #include <gtest/gtest.h>
 
 #include <iterator>
@@ -21,7 +21,7 @@ const std::string kSena = "2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawl
 const std::string kOffice = "localization_demo.simplemap.gz";
 constexpr std::chrono::seconds kPatience(60);
 
-/// What an .ini file says; comments may hold letters that no key types.
+/// An .ini file without its comments, which may contain letters that no key types.
 std::string withoutComments(const std::string& ini)
 {
   std::string kept;
@@ -50,19 +50,19 @@ TEST_P(EachMapInAWindow, MatchesScansInMapPartition)
   SKIP_WITHOUT_DATASET(kOffice);
   SKIP_WITHOUT_DISPLAY();
   const fs::path folder = freshFolder();
-  const Display display(folder);  // it shows its matrices
+  const Display display(folder);  // for the matrices that it shows
   fs::copy_file(configFile("map-partition", GetParam()), folder / "MAP-PARTITION_CONFIG.ini");
   const Outcome outcome = run(withPlugin({"map-partition", *dataset(kOffice)}), folder,
                               std::chrono::seconds(180), display.environment());
   ASSERT_TRUE(outcome.succeeded()) << outcome.output;
-  // Options of ours, as the program prints what it has read.
+  // Our options, as the program prints them after reading.
   for (const std::string option : {"maxRange *= *20 ", "planar *= *true"})
     EXPECT_TRUE(std::regex_search(outcome.output, std::regex(option))) << option << "\n" << outcome.output;
 
   const fs::path results = folder / "MAP-PARTITION_RESULTS";
   EXPECT_TRUE(fs::exists(results / "out_part#000.simplemap"));
-  EXPECT_TRUE(fs::exists(results / "out_part#001.simplemap")) << "one part only\n" << outcome.output;
-  // How well scan i matches scan j: its neighbour better than one from another room.
+  EXPECT_TRUE(fs::exists(results / "out_part#001.simplemap")) << "only one part\n" << outcome.output;
+  // A scan must match its neighbour better than a scan from another room.
   std::istringstream matrix(readFile(results / "matrix_A.txt"));
   std::vector<std::vector<double>> match;
   for (std::string line; std::getline(matrix, line);)
@@ -96,7 +96,7 @@ TEST(SceneViewer, ShowsOurScenesWithoutThePlugin)
   Program viewer({"SceneViewer3D", "map.3Dscene"}, folder, display.environment());
   display.focus("3Dscene");
   display.resize("3Dscene", 1200, 850);
-  // Cubes, in a colour that nothing else in the window has.
+  // Cubes have a colour that nothing else in the window has.
   Display::Picture picture;
   EXPECT_TRUE(becomes(
       [&]
@@ -111,7 +111,7 @@ TEST(SceneViewer, ShowsOurScenesWithoutThePlugin)
   EXPECT_EQ(printed.find("xception"), std::string::npos) << printed;
 }
 
-/// RawLogViewer with the plug-in and a log, its window large and its tip of the day closed.
+/// RawLogViewer with the plug-in and a log, with a large window and the tip of the day closed.
 class RawLogViewer
 {
  public:
@@ -125,7 +125,7 @@ class RawLogViewer
                                            folder, display.environment());
       return becomes([&] { return display.hasWindow(tip); }, kPatience);
     };
-    // On a busy machine it now and then comes up without a window; a person would start it again, too.
+    // On a busy machine it occasionally starts without a window; then it is started again.
     if (!opens() && !opens())
       throw std::runtime_error("RawLogViewer " +
                                std::string(program_->isRunning() ? "opens no window" : "has ended") +
@@ -154,7 +154,7 @@ TEST_P(EachMapInAWindow, IsMadeInTheRawMapDialogOfRawLogViewer)
   display.press(
       {"F10", "Right", "Right", "Right", "Down", "Return"});  // Tools, Open paths and map generation module
 
-  // From the box with the text of the configuration backwards to a button, the nearest one being Close.
+  // Backwards from the text box with the configuration to a button; the nearest one is Close.
   const std::string dialog = "raw map";
   const auto pressButton = [&](int fromClose)
   {
@@ -168,10 +168,10 @@ TEST_P(EachMapInAWindow, IsMadeInTheRawMapDialogOfRawLogViewer)
   display.click(dialog, 0.85, 0.3);
   display.press({"ctrl+a"});
   display.type(withoutComments(readFile(configFile("rawlogviewer", GetParam()))));
-  constexpr int kMapFromOdometry = 3;  // as long as the buttons of the result are grey
+  constexpr int kMapFromOdometry = 3;  // while the buttons of the result are disabled
   pressButton(kMapFromOdometry);
 
-  // Each step again if nothing comes of it: on a busy machine a key may be too early.
+  // Each step is repeated if it had no effect: on a busy machine, a key may be too early.
   constexpr std::chrono::seconds kStep(10);
   constexpr int kSaveMapAsText = 5;
   ASSERT_TRUE(becomes(
@@ -181,7 +181,7 @@ TEST_P(EachMapInAWindow, IsMadeInTheRawMapDialogOfRawLogViewer)
         return becomes([&] { return display.hasWindow("Save as text"); }, kStep);
       },
       kPatience));
-  // Ours comes first, each file at once; then the points grow.
+  // Our files are written first, each as a whole; the points file grows.
   const fs::path saved = folder / ("raw_" + savedName(GetParam()) + ".lamap.gz");
   const fs::path savedPoints = folder / "raw_mrpt__maps__CSimplePointsMap_01.txt";
   ASSERT_TRUE(becomes(
@@ -197,11 +197,11 @@ TEST_P(EachMapInAWindow, IsMadeInTheRawMapDialogOfRawLogViewer)
       },
       kPatience))
       << viewer.program().output();
-  display.focus(dialog);  // which it can have again when all is saved
+  display.focus(dialog);  // possible again once everything is saved
   const Outcome info = run({lamapTool(), "info", saved.string()}, folder);
-  EXPECT_TRUE(std::regex_search(info.output, std::regex("maxRange +30 "))) << "not what was typed\n"
+  EXPECT_TRUE(std::regex_search(info.output, std::regex("maxRange +30 "))) << "differs from what was typed\n"
                                                                            << info.output;
-  // By odometry alone walls stand twice; Hilbert maps join what lies between.
+  // With odometry alone, walls appear twice; Hilbert maps fill the gap between them.
   expectSameWalls(loadSavedMap(saved), readPoints(savedPoints), 0.85);
 
   constexpr int kPreview = 1;
@@ -223,7 +223,7 @@ TEST(RawLogViewer, ShowsAMapThatALogHolds)
   writeLogWithMap(folder / "map.lamap.gz", folder / "with_map.rawlog");
   const Display display(folder);
   RawLogViewer viewer(display, folder, "with_map.rawlog");
-  // In the tree: from a row near the top to the log itself, its first entry, and the map.
+  // In the tree, go from a row near the top to the log itself, its first entry, and the map.
   display.click("RawlogViewer - Part", 0.08, 0.12);
   display.press({"Up", "Up", "Up", "Down", "Down"});
   Display::Picture picture;

@@ -15,7 +15,6 @@ double asNumber(uint64_t count)
   return static_cast<double>(count);
 }
 
-/// Sums a term over all cells and divides by their number.
 template <class Term>
 std::optional<double> meanOverCells(const RankedPredictions& predictions, const Term& term)
 {
@@ -164,16 +163,16 @@ std::vector<RocPoint> rocCurve(const RankedPredictions& predictions)
   std::vector<RocPoint> curve{{std::numeric_limits<double>::infinity(), 0, 0}};
   uint64_t hits = 0;
   uint64_t alarms = 0;
-  PredictedCells step;  // summed over the straight piece that ends at the curve's last point
+  PredictedCells step;  // summed over the straight segment that ends at the curve's last point
   const auto& ascending = predictions.ascending();
   for (auto tied = ascending.rbegin(); tied != ascending.rend(); ++tied)
   {
     hits += tied->occupied;
     alarms += tied->free;
     const RocPoint point{tied->prob, asNumber(alarms) / free, asNumber(hits) / occupied};
-    const bool goesOnStraight = curve.size() > 1 && asNumber(step.occupied) * asNumber(tied->free) ==
-                                                        asNumber(step.free) * asNumber(tied->occupied);
-    if (goesOnStraight)
+    const bool continuesStraight = curve.size() > 1 && asNumber(step.occupied) * asNumber(tied->free) ==
+                                                           asNumber(step.free) * asNumber(tied->occupied);
+    if (continuesStraight)
     {
       curve.back() = point;
       step.occupied += tied->occupied;

@@ -36,7 +36,7 @@ std::string messageOf(const std::exception& error)
   const auto* decorated = dynamic_cast<const mrpt::ExceptionWithCallBackBase*>(&error);
   std::string text = decorated ? decorated->originalWhat : error.what();
 
-  // MRPT wraps an exception of a nested object as text: the innermost one says what happened.
+  // MRPT wraps the exception of a nested object as text: the innermost one is the cause.
   const std::string original = "Original exception:";
   if (const std::size_t inner = text.rfind(original); inner != std::string::npos)
     text.erase(0, inner + original.size());

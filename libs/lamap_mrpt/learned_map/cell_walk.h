@@ -10,13 +10,14 @@ namespace lamap
 {
 /** Visits the cells that a ray passes through, in order (Amanatides and Woo 1987).
  *
- * Each crossing is computed from the cell's own faces, not accumulated, so that no error grows along the ray.
+ * Each crossing is computed from the cell's own faces, not accumulated, so that errors do not grow along the
+ * ray.
  *
- * @param origin_m, direction  the ray; the direction of any length > 0, in its own unit of t
- * @param tFirst, tLast  the stretch origin + t·direction to follow; a cell is visited if it is entered at t ≤
+ * @param origin_m, direction  the ray; the direction may have any length > 0, which is the unit of t
+ * @param tFirst, tLast  the part of origin + t·direction to follow; a cell is visited if it is entered at t ≤
  * tLast
  * @param visit bool(const CellIndex&): false ends the walk
- * Does nothing for a ray that is not finite or a cell that indices cannot address. */
+ * Does nothing for a ray that is not finite or that starts beyond addressable cells. */
 template <typename Visit>
 void walkCells(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction, double resolution_m,
                double tFirst, double tLast, Visit&& visit)

@@ -21,7 +21,7 @@ EndPoints endPointsOf(const mrpt::obs::CObservation& observation, const RangeLim
 EndPointLikelihood::EndPointLikelihood(const CLearnedMap& map, const CLearnedMap::TLikelihoodOptions& options)
     : map_(map), options_(options), resolution_(map.resolution()), layer_(map.planarLayer())
 {
-  // Beyond this many σ a certain obstacle weighs less than 5 %.
+  // Beyond this many σ the weight is below 5 %.
   constexpr double kReach_std = 2.45;
   constexpr double kMostCells = 64;
   const double std_cells = options.endPointStd / resolution_;
@@ -56,7 +56,7 @@ double EndPointLikelihood::termAt(const Eigen::Vector3d& point_map) const
   if (layer_) cell->z = *layer_;
   const auto known = terms_.find(*cell);
   if (known != terms_.end()) return known->second;
-  // A filter that is lost in a large map does not fill the memory.
+  // A lost filter in a large map must not fill the memory.
   constexpr size_t kMostTerms = size_t{1} << 22;
   if (terms_.size() >= kMostTerms) terms_.clear();
   const auto term = static_cast<float>(termOf(probAround(*cell)));
@@ -75,7 +75,7 @@ double EndPointLikelihood::probAround(const CellIndex& cell) const
   double largest = own ? own->prob : options_.unobservedProb;
   for (const Neighbour& neighbour : neighbours_)
   {
-    if (neighbour.weight <= largest) break;  // no P is above 1
+    if (neighbour.weight <= largest) break;  // because P ≤ 1
     const auto estimate = map_.estimateCell(
         {cell.x + neighbour.offset.x, cell.y + neighbour.offset.y, cell.z + neighbour.offset.z});
     if (estimate) largest = std::max(largest, neighbour.weight * estimate->prob);

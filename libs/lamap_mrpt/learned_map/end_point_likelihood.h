@@ -15,37 +15,37 @@
 
 namespace lamap
 {
-/// Where the returns of one observation end in the robot's frame, thinned as likelihoodOptions say.
+/// The end points of one observation's returns in the robot's frame, decimated as likelihoodOptions say.
 struct EndPoints
 {
-  std::optional<ObservationFingerprint> observation;  ///< empty: not to be used again
+  std::optional<ObservationFingerprint> observation;  ///< empty: must not be reused
   RangeLimits limits;
   std::vector<Eigen::Vector3d> ends_robot;
 };
 
-/** The returns of an observation that are usable within the limits.
+/** The returns of an observation that are within the limits.
  * @return empty for an observation that cannot be read as rays.
  * @throws as raysOf(). */
 [[nodiscard]] EndPoints endPointsOf(const mrpt::obs::CObservation& observation, const RangeLimits& limits);
 
-/** Logarithm of how well returns fit a map from a pose of the robot:
+/** Log-likelihood of returns, given the map and a pose of the robot:
  *
  *   independence · Σ log((1 − ε)·P + ε/2),   ε = outlierProb
  *
- * P is P(occupied) as an end point sees it whose place is uncertain by σ = endPointStd: the largest
- * P(cell) · exp(−d²/2σ²) over the cells around, d from centre to centre (without σ: of the end point's cell
- * alone). Where the map has no evidence, unobservedProb counts for the end point's own cell.
+ * P is P(occupied) for an end point whose position is uncertain by σ = endPointStd: the largest
+ * P(cell) · exp(−d²/2σ²) over the surrounding cells, with d from centre to centre (if σ is 0: P of the end
+ * point's cell alone). If the map has no evidence there, the end point's own cell counts with unobservedProb.
  *
- * ε/2 is the floor: one return that hits free space (a person, a moved chair) costs at most log(ε/2).
- * independence < 1 flattens the result, because neighbouring rays err together: without it a few hundred rays
- * single out one particle. Unnormalized: to compare poses only.
+ * ε/2 is the floor: a return in free space (a person, a moved chair) costs at most log(ε/2). independence < 1
+ * flattens the result, because neighbouring rays have correlated errors: otherwise a few hundred rays would
+ * single out one particle. Unnormalized: only for comparing poses.
  *
- * Each cell is looked at when the first end point falls into it, and kept: a particle filter comes back to it
- * many times. May be used from several threads. */
+ * A cell's term is computed when the first end point falls into it, and cached, because a particle filter
+ * returns to it many times. May be used from several threads. */
 class EndPointLikelihood
 {
  public:
-  /// @param map is to live, unchanged, as long as this.
+  /// @param map must outlive this object and not change.
   EndPointLikelihood(const CLearnedMap& map, const CLearnedMap::TLikelihoodOptions& options);
 
   [[nodiscard]] const CLearnedMap::TLikelihoodOptions& options() const { return options_; }
@@ -58,7 +58,7 @@ class EndPointLikelihood
     CellIndex offset;
     double weight;
   };
-  /// log((1 − ε)·P + ε/2); whoever asks holds the lock.
+  /// log((1 − ε)·P + ε/2); the caller holds the lock.
   [[nodiscard]] double termAt(const Eigen::Vector3d& point_map) const;
   [[nodiscard]] double probAround(const CellIndex& cell) const;
   [[nodiscard]] double termOf(double prob) const;
@@ -67,7 +67,7 @@ class EndPointLikelihood
   CLearnedMap::TLikelihoodOptions options_;
   double resolution_;
   std::optional<int32_t> layer_;
-  std::vector<Neighbour> neighbours_;  ///< the cell itself, then the others, heaviest first
+  std::vector<Neighbour> neighbours_;  ///< the cell itself, then the others, by decreasing weight
   mutable std::mutex mutex_;
   mutable tsl::robin_map<CellIndex, float, CellIndexHash> terms_;
 };

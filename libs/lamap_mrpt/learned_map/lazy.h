@@ -6,10 +6,10 @@
 
 namespace lamap
 {
-/** Something derived from its owner that is made when it is first asked for.
+/** Something derived from its owner, made on first use.
  *
- * get() may be called from several threads; reset() belongs to whoever changes the owner. A copy starts
- * empty: it has another owner. */
+ * get() may be called from several threads; reset() only by whoever changes the owner. A copy starts empty,
+ * because it has another owner. */
 template <typename T>
 class Lazy
 {
@@ -22,7 +22,7 @@ class Lazy
     return *this;
   }
 
-  /** @param isCurrent says whether what was made before may still be used.
+  /** @param isCurrent returns whether the existing object is still valid.
    *  @param make returns a std::shared_ptr<const T>; called by one thread at a time. */
   template <typename IsCurrent, typename Make>
   [[nodiscard]] std::shared_ptr<const T> get(IsCurrent&& isCurrent, Make&& make) const

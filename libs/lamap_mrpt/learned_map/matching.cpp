@@ -1,4 +1,4 @@
-// Matching of learned maps: of the centres of their occupied cells.
+// Matching of learned maps, by the centres of their occupied cells.
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_mrpt/learned_map/occupied_cells.h>
 #include <mrpt/maps/CMultiMetricMap.h>
@@ -36,11 +36,12 @@ const CPointsMap& requirePoints(const CMetricMap* map)
 {
   if (const CPointsMap* points = pointsOf(map)) return *points;
   const std::string name = map ? map->GetRuntimeClass()->className : "nothing";
-  throw std::invalid_argument("cannot match with a " + name +
-                              ": a points map, a learned map or a CMultiMetricMap that has one is needed");
+  throw std::invalid_argument(
+      "cannot match with a " + name +
+      ": it needs a points map, a learned map or a CMultiMetricMap with one of these");
 }
 
-/// The nearest of our points, and all others within the distance if those are asked for too.
+/// The nearest of our points and, on request, all others within a distance.
 class Neighbours
 {
  public:
@@ -79,8 +80,9 @@ class Neighbours
   bool flat_;
 };
 
-/** What CPointsMap's methods of these names promise. They themselves find nothing where the boxes around both
- * sets of points do not overlap, however near they are: a wall of cells and a scan of it 1 mm before, say. */
+/** The contract of CPointsMap's methods of these names. Theirs find nothing if the bounding boxes of the two
+ * sets of points do not overlap, however close they are, e.g. a wall of cells and a scan of it 1 mm in front.
+ */
 void matchPoints(const CSimplePointsMap& mine, const CPointsMap& others,
                  const mrpt::poses::CPose3D& otherPose, bool flat, const mrpt::maps::TMatchingParams& params,
                  mrpt::tfest::TMatchingPairList& correspondences, mrpt::maps::TMatchingExtraResults& results)
@@ -88,7 +90,7 @@ void matchPoints(const CSimplePointsMap& mine, const CPointsMap& others,
   ASSERT_GT_(params.decimation_other_map_points, size_t{0});
   ASSERT_LT_(params.offset_other_map_points, params.decimation_other_map_points);
   ASSERTMSG_(params.onlyKeepTheClosest || !params.onlyUniqueRobust,
-             "onlyUniqueRobust needs onlyKeepTheClosest to be true, too");
+             "onlyUniqueRobust requires onlyKeepTheClosest");
   correspondences.clear();
   results = {};
   if (mine.empty() || others.empty()) return;

@@ -10,8 +10,8 @@
 namespace lamap
 {
 #if LAMAP_MRPT_SINCE_2_11_3
-/** Nearest occupied cells as MRPT's general interface for them; a cell's index is that in
- * getAsSimplePointsMap(). All methods may be called from several threads as long as nobody changes the map.
+/** Nearest occupied cells through MRPT's general interface; a cell's index is that in getAsSimplePointsMap().
+ * All methods may be called from several threads as long as no thread modifies the map.
  */
 class NearestCells : public mrpt::maps::NearestNeighborsCapable
 {
@@ -67,7 +67,7 @@ class NearestCells : public mrpt::maps::NearestNeighborsCapable
   }
 
  protected:
-  /// The occupied cells, ready to be searched in the plane or in space.
+  /// The occupied cells, ready for searches in the plane or in space.
   [[nodiscard]] virtual std::shared_ptr<const mrpt::maps::CSimplePointsMap> cellsToSearch(
       bool plane) const = 0;
 
@@ -84,7 +84,7 @@ class NearestCells : public mrpt::maps::NearestNeighborsCapable
   }
 };
 #else
-/// MRPT has an interface for it since 2.11.3.
+/// MRPT has the interface since 2.11.3.
 class NearestCells
 {
  protected:

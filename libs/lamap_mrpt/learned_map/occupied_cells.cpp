@@ -10,7 +10,7 @@ namespace
 {
 using mrpt::maps::CSimplePointsMap;
 
-/// A copy whose tree and box stand: its const methods only read then.
+/// A copy with its tree and box already computed, so that its const methods only read.
 template <typename BuildTree>
 std::shared_ptr<const CSimplePointsMap> searchable(const CSimplePointsMap& points, BuildTree&& buildTree)
 {

@@ -11,15 +11,15 @@ class CLearnedMap;
 
 /** Centres of a map's occupied cells in the order of z, y, x.
  *
- * MRPT's points maps search with nanoflann, but one map can hold a tree for the plane or one for space, and
- * not both (2.5.8 then says that there are no points). So there is one for each, made when it is asked for.
- * All methods may be called from several threads. */
+ * MRPT's points maps search with nanoflann, but a points map can hold a tree either for the plane or for
+ * space, not both (2.5.8 then reports that there are no points). So there is a copy for each, made on first
+ * use. All methods may be called from several threads. */
 class OccupiedCells
 {
  public:
   explicit OccupiedCells(const CLearnedMap& map);
 
-  /// That made them occupied.
+  /// The thresholds by which they are occupied.
   [[nodiscard]] const StateThresholds& thresholds() const { return thresholds_; }
   [[nodiscard]] const mrpt::maps::CSimplePointsMap& points() const { return points_; }
   /// The same points, for searches in the plane only.
@@ -34,14 +34,14 @@ class OccupiedCells
   Lazy<mrpt::maps::CSimplePointsMap> forSpace_;
 };
 
-/// Everything that has evidence, in cells.
+/// The bounding box of all cells with evidence.
 struct ObservedBox
 {
   explicit ObservedBox(const CLearnedMap& map);
 
   bool any = false;
   CellIndex low;   ///< smallest indices
-  CellIndex high;  ///< largest indices, included
+  CellIndex high;  ///< largest indices, inclusive
 };
 
 }  // namespace lamap
