@@ -13,7 +13,7 @@ namespace
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// One stream for each kind of noise, beside that of the world.
+/// One random stream for each kind of noise, besides that of the world.
 enum Stream : uint64_t
 {
   kRangeStream = 2,
@@ -41,7 +41,7 @@ double dot(const Vector3d& a, const Vector3d& b)
   return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();
 }
 
-/// Two directions across a beam: level, and upwards of it.
+/// Two directions perpendicular to a beam: horizontal, and upwards.
 std::pair<Vector3d, Vector3d> across(const Vector3d& beam)
 {
   const double level = std::sqrt(beam.x() * beam.x() + beam.y() * beam.y());
@@ -56,7 +56,7 @@ void requireAtLeastZero(const char* name, double value)
   lamap::requireLegal(value >= 0 && std::isfinite(value), name, value, "finite and 0 or more");
 }
 
-/// A distance from which some of a ping comes back.
+/// A distance from which part of a ping returns.
 struct Reflection
 {
   double range_m = 0;
@@ -143,7 +143,7 @@ std::vector<BeamReading> Scanner::scan(const Pose& pose, uint64_t number) const
   {
     const auto hit = world_.scene.firstHit(pose.position_map, trueDirection(beam, rotation, angleRandom),
                                            sensor_.rangeMax_m);
-    // Drawn for every beam, so that a number belongs to a beam whatever the others do.
+    // Drawn for every beam, so that a beam's number does not depend on the others.
     const double rangeError = noise_.range_m > 0 ? noise_.range_m * rangeRandom.normal() : 0;
     Vector3d pointError = Vector3d::Zero();
     if (noise_.point_m > 0) pointError = noise_.point_m * pointRandom.normal3();
@@ -171,7 +171,7 @@ std::vector<Echo> Scanner::ping(const Pose& pose, const HeadTurn& head, uint64_t
   turnedHead.pitch_rad = head.pitch_rad;
   const Matrix3d mapFromMount = rotationOf(pose);
   const Matrix3d mountFromHead = rotationOf(turnedHead);
-  // The whole beam goes astray, not its single rays.
+  // The error applies to the whole beam, not to its individual rays.
   Vector3d astray = Vector3d::Zero();
   if (noise_.angle_rad > 0) astray = noise_.angle_rad * angleRandom.normal3();
   std::vector<Reflection> reflections;

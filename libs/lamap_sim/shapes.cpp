@@ -20,14 +20,14 @@ double dot(const Vector3d& a, const Vector3d& b)
   return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();
 }
 
-/// The part of a ray that lies in a convex solid.
+/// The part of a ray inside a convex solid.
 struct Crossing
 {
   double enter = -kInfinity;
   double leave = kInfinity;
-  Vector3d normal = Vector3d::Zero();  ///< where it enters
+  Vector3d normal = Vector3d::Zero();  ///< at the point of entry
 
-  /// Cuts with the slab |position| ≤ halfWidth, in which the ray starts at `position` and moves at `speed`.
+  /// Intersects it with the slab |x| ≤ halfWidth; the ray starts at x = `position` and moves at `speed`.
   void cut(double position, double speed, double halfWidth, const Vector3d& axis)
   {
     if (speed == 0)
@@ -40,7 +40,7 @@ struct Crossing
     leave = std::min(leave, (-side - position) / speed);
   }
 
-  /// Cuts with the quadratic solid a t² + 2 b t + c ≤ 0.
+  /// Intersects it with the quadric a t² + 2 b t + c ≤ 0.
   template <class NormalAt>
   void cutQuadratic(double a, double b, double c, const NormalAt& normalAt)
   {
@@ -90,7 +90,7 @@ Vector3d cornerOf(const AlignedBox3d& cell, int corner)
           (corner & 4) != 0 ? cell.max().z() : cell.min().z()};
 }
 
-/// A convex solid holds a box if it holds its corners.
+/// A convex solid contains a box if it contains its corners.
 template <class Solid>
 bool containsCorners(const Solid& solid, const AlignedBox3d& cell)
 {
@@ -99,7 +99,7 @@ bool containsCorners(const Solid& solid, const AlignedBox3d& cell)
   return true;
 }
 
-/// How far [low, high] is from `position`.
+/// Distance of [low, high] from `position`.
 double gap(double low, double high, double position)
 {
   return std::max({low - position, position - high, 0.0});
@@ -107,8 +107,7 @@ double gap(double low, double high, double position)
 
 bool areApart(const AlignedBox3d& cell, const Box& box)
 {
-  // Separating axes; those between an edge of one and an edge of the other are vertical or horizontal here,
-  // and add none.
+  // Separating axes; those from pairs of edges are vertical or horizontal here, and add no new ones.
   const Vector3d half = (cell.max() - cell.min()) / 2;
   const Vector3d between = (cell.max() + cell.min()) / 2 - box.centre_map;
   const double c = std::abs(box.cosine);

@@ -17,7 +17,7 @@ using mrpt::opengl::COctoMapVoxels;
 
 using CellEstimates = tsl::robin_map<CellIndex, CellEstimate, CellIndexHash>;
 
-/// A cell that no side can be seen of: its neighbours along the axes are all there.
+/// A cell with no visible side: all of its neighbours along the axes are in `cells`.
 bool isBuried(const CellIndex& cell, const CellEstimates& cells)
 {
   const auto has = [&](int dx, int dy, int dz) {
@@ -26,7 +26,7 @@ bool isBuried(const CellIndex& cell, const CellEstimates& cells)
   return has(1, 0, 0) && has(-1, 0, 0) && has(0, 1, 0) && has(0, -1, 0) && has(0, 0, 1) && has(0, 0, -1);
 }
 
-/// From 0 to 1 over the range of what was offered; 0.5 if all was the same.
+/// Maps the range of the offered numbers to 0 to 1; gives 0.5 if all were equal.
 class Scale
 {
  public:
@@ -66,7 +66,7 @@ class VoxelView
           else if (estimate.state == CellState::Free && options.generateFreeVoxels)
             free_.emplace(cell, estimate);
         });
-    // Heights are told apart among what stands out; the other two over all that is drawn.
+    // Heights are scaled over the occupied cells, the other two over all cells drawn.
     for (const auto& [cell, estimate] : occupied_) scale_.offer(coloured(options.colourBy, cell, estimate));
     if (options.colourBy == CLearnedMap::ColourBy::Height && !occupied_.empty()) return;
     for (const auto& [cell, estimate] : free_) scale_.offer(coloured(options.colourBy, cell, estimate));
@@ -97,7 +97,7 @@ class VoxelView
   {
     const Eigen::Vector3f centre = cellCentre(cell, map_.resolution()).cast<float>();
     const float place = scale_(coloured(map_.renderingOptions.colourBy, cell, estimate));
-    // Without the dark ends of the map of colours, which lighting makes black.
+    // Without the dark ends of the colour map, which lighting would turn black.
     constexpr float kBlue = 0.125f;
     constexpr float kRed = 0.875f;
     mrpt::img::TColor colour =
