@@ -27,7 +27,7 @@ double offsetsWithin(double support)
   return edge * edge * edge;
 }
 
-/// Bits of the rows of cells around a block, `reach` cells farther than the block on every side.
+/// Bits of the rows of cells in and around a block, up to `reach` cells beyond it on every side.
 class PaddedRows
 {
  public:
@@ -56,7 +56,7 @@ class PaddedRows
         any |= word;
       }
     }
-    if (any == 0) return;  // nobody reads the rows of such a layer
+    if (any == 0) return;  // the rows of such a layer are never read
     for (int y = -reach_; y < kEdge + reach_; ++y)
     {
       const auto& [left, middle, right] = words[static_cast<size_t>(y < 0 ? 0 : y < kEdge ? 1 : 2)];
@@ -122,8 +122,8 @@ Layers CellStencil::addUp(MaskNeighbourhood& neighbourhood, BlockSums& sums) con
   return countable_ ? addByCounting(neighbourhood, sums) : addByCell(neighbourhood, sums);
 }
 
-/** Counts, for every cell of the block, the marked cells at each squared distance, a row of 8 cells in the
- * bytes of a word; then weighs the counts. */
+/** Counts the marked cells at each squared distance from each cell of the block, for a row of 8 cells in the
+ * bytes of a word; then weights the counts. */
 Layers CellStencil::addByCounting(MaskNeighbourhood& neighbourhood, BlockSums& sums) const
 {
   constexpr int kMaxEdge = 3 * kEdge;
@@ -139,7 +139,7 @@ Layers CellStencil::addByCounting(MaskNeighbourhood& neighbourhood, BlockSums& s
     reached.include({std::max(0, fromZ - reachZ_), std::min(kEdge, fromZ + reachZ_ + 1)});
     for (int j = 0; j <= reach_; ++j)
     {
-      // Byte i: how many of the cells i − j and i + j of the row are marked (j = 0: whether cell i is).
+      // Byte i: the number of marked cells among i − j and i + j of the row (j = 0: only cell i).
       std::array<uint64_t, kMaxEdge> pairs;
       for (int y = -reach_; y < kEdge + reach_; ++y)
       {
@@ -164,8 +164,8 @@ Layers CellStencil::addByCounting(MaskNeighbourhood& neighbourhood, BlockSums& s
   return reached;
 }
 
-/** Weighs the counts of one row of cells.
- * @param counts of squared distance i at counts[i · stride], a cell in each byte; @param sums of the 8 cells,
+/** Weights the counts of one row of cells.
+ * @param counts of squared distance i at counts[i · stride], one cell per byte; @param sums of the 8 cells,
  * added to */
 void CellStencil::addWeighted(const uint64_t* counts, size_t stride, int64_t* sums) const
 {
@@ -177,7 +177,7 @@ void CellStencil::addWeighted(const uint64_t* counts, size_t stride, int64_t* su
     notFull |= counts[squared * stride] ^ fullLanes_[squared];
   }
   if (any == 0) return;
-  if (notFull == 0)  // the inside of free space
+  if (notFull == 0)  // inside free space
   {
     for (int x = 0; x < kEdge; ++x) sums[x] += fullSum_;
     return;

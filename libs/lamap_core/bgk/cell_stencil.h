@@ -10,7 +10,7 @@
 
 namespace lamap
 {
-/// Masks of a block and of the blocks around it, (2·n + 1)³ of them, x fastest; nullptr where there is none.
+/// Masks of a block and of the blocks around it, (2·n + 1)³ in total, x fastest; nullptr for missing blocks.
 struct MaskNeighbourhood
 {
   int blocksEachWay = 1;
@@ -25,14 +25,14 @@ struct MaskNeighbourhood
   }
 };
 
-/** Adds up kernel weights of training points that stand in the centres of cells.
+/** Sums the kernel weights of training points at cell centres.
  *
  * Immutable: may be shared between threads. */
 class CellStencil
 {
  public:
-  /// @param kernel with its support in cells; @param factor on its weights, > 0; @param planar: no weights
-  /// off the layer
+  /// @param kernel with its support in cells; @param factor on its weights, > 0; @param planar whether
+  /// weights are limited to the layer
   CellStencil(const Kernel& kernel, double factor, bool planar);
 
   /// Largest offset along an axis with a positive weight [cells].
@@ -40,8 +40,8 @@ class CellStencil
   [[nodiscard]] int blocksEachWay() const { return (reach_ + kScanBlockEdge - 1) / kScanBlockEdge; }
   [[nodiscard]] const WeightScale& scale() const { return scale_; }
 
-  /// Adds the sums for the block in the middle. @return the layers that marked cells reach; the others are
-  /// untouched.
+  /// Adds the sums for the central block. @return the layers that marked cells reach; the others are
+  /// unchanged.
   Layers addUp(MaskNeighbourhood& neighbourhood, BlockSums& sums) const;
 
  private:
@@ -65,9 +65,9 @@ class CellStencil
   WeightScale scale_;
   std::vector<Row> rows_;
   std::vector<int64_t> weights_;      ///< by squared distance [cells²]
-  std::vector<uint32_t> classSizes_;  ///< how many offsets have that squared distance
-  std::vector<uint64_t> fullLanes_;   ///< classSizes_ in each byte: counts where all cells around are marked
-  int64_t fullSum_ = 0;               ///< the sum there
+  std::vector<uint32_t> classSizes_;  ///< number of offsets with that squared distance
+  std::vector<uint64_t> fullLanes_;   ///< classSizes_ in each byte: the counts if all cells around are marked
+  int64_t fullSum_ = 0;               ///< the sum in that case
   bool countable_ = false;  ///< counts of every class fit in a byte, and the reach in a neighbour block
 };
 

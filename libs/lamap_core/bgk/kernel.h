@@ -5,8 +5,7 @@
 
 namespace lamap
 {
-/// The compactly supported kernels that BGK inference may weigh with; all are functions of r = distance /
-/// support.
+/// The compactly supported kernels for BGK inference, as functions of r = distance / support.
 enum class KernelShape
 {
   /// Melkumyan and Ramos (2009), thesis eq. (4.10): (2 + cos 2πr)(1 − r)/3 + sin 2πr / 2π.
@@ -18,22 +17,21 @@ enum class KernelShape
   WendlandC2
 };
 
-/** A compactly supported weight of distance: k(0) = scale, exactly 0 at and beyond the support.
+/** A compactly supported kernel: k(0) = scale, exactly 0 at and beyond the support.
  *
- * Evaluated by series whose coefficients need multiplications and divisions only, so that no function of the
- * C library (whose last bit differs between processors) takes part: within 1e-12 · scale of the formulas
- * above. With s = 1 − r the sparse kernel is s⁵ times an even power series in s.
+ * Evaluated by series whose coefficients need only multiplications and divisions, without functions of the C
+ * library, whose last bit differs between processors: within 1e-12 · scale of the formulas above. With
+ * s = 1 − r, the sparse kernel is s⁵ times an even power series in s.
  *
  * Invariants: k(0) = scale; never negative; never increases.
- * The sparse kernel is not positive definite in 2D and 3D: a weight for BGK, never a covariance to factorize.
+ * The sparse kernel is not positive definite in 2D and 3D: use it as a weight for BGK, never as a covariance.
  * Immutable: may be shared between threads.
  */
 class Kernel
 {
  public:
   /** @param shape    which of the kernels
-   *  @param support  radius of the support, in the unit of the distances asked for; finite, > 0 (l in the
-   * thesis)
+   *  @param support  radius of the support, in the unit of the distances; finite, > 0 (l in the thesis)
    *  @param scale    weight at distance zero [-], finite, > 0 (σ₀ in the thesis)
    *  @throws std::invalid_argument naming the parameter, its value and the legal range */
   Kernel(KernelShape shape, double support, double scale);

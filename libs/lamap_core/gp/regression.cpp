@@ -58,7 +58,8 @@ void GpExpert::train(const GpPoint* points, size_t count, const GpCovariance& co
     low_ = low_.cwiseMin(place);
     high_ = high_.cwiseMax(place);
   }
-  // So sure would all points be if they stood in one place: rounding shall not make any place surer.
+  // The variance that all points in one place would leave: rounding must not make any prediction more
+  // certain.
   const double signal = covariance.signalVariance();
   leastVariance_ = signal * noiseVariance / (static_cast<double>(count) * signal + noiseVariance);
   factorize(covariance, noiseVariance, scratch.solved);
@@ -71,8 +72,8 @@ void GpExpert::train(const GpPoint* points, size_t count, const GpCovariance& co
   }
 }
 
-/** Cholesky factor of K + σ_n² I, a tile of rows at a time: what the rows owe to those before them is the
- * same forward substitution as a prediction's. */
+/** Cholesky factor of K + σ_n² I, one tile of rows at a time: the part of the rows that depends on earlier
+ * rows is the same forward substitution as in a prediction. */
 void GpExpert::factorize(const GpCovariance& covariance, double noiseVariance, std::vector<GpTile>& above)
 {
   const size_t count = x_.size();
@@ -93,7 +94,7 @@ void GpExpert::factorize(const GpCovariance& covariance, double noiseVariance, s
     covariance.replace(first + height, above.data());
     solveForward(factor_.data(), inverse_.data(), first, above.data());
 
-    // What is left of the tile's own square of K when the rows above have had their share.
+    // The tile's own square of K, minus the contributions of the rows above.
     std::array<GpTile, kTile> square{};
     for (size_t r = 0; r < height; ++r) square[r] = above[first + r];
     subtractProducts(first, above.data(), square.data());

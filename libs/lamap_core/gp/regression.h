@@ -11,19 +11,19 @@ namespace lamap
 /** Matérn covariance with ν = 3/2, thesis eq. (2.24), of points whose unit is one cell:
  *   k(d) = σ_f² (1 + √3·d/l) exp(−√3·d/l).
  *
- * For points that all stand in the middle of a cell, squared distances are whole numbers, and k is tabulated.
- * Made of operations that give the same bits on every processor. Immutable: may be shared between threads. */
+ * If all points are at cell centres, squared distances are whole numbers and k is tabulated. Uses operations
+ * that give the same bits on every processor. Immutable: may be shared between threads. */
 class GpCovariance
 {
  public:
   /** @param lengthScale_cells l, > 0
    *  @param signalVariance σ_f², > 0
-   *  @param farthest_cells points are either all in the middle of cells, no farther apart than this along
-   * each axis, or this is 0 */
+   *  @param farthest_cells largest distance along each axis between points that are all at cell centres; 0 if
+   * they are not */
   GpCovariance(double lengthScale_cells, double signalVariance, int farthest_cells);
 
   [[nodiscard]] double signalVariance() const { return signalVariance_; }
-  /// @param squared_cells distance². @return k(d), worked out, not looked up.
+  /// @param squared_cells distance². @return k(d), computed, not from the table.
   [[nodiscard]] double operator()(double squared_cells) const;
   /// Replaces squared distances by k.
   void replace(size_t count, GpTile* rows) const;
@@ -31,10 +31,10 @@ class GpCovariance
  private:
   double factor_;  ///< √3/l
   double signalVariance_;
-  std::vector<double> table_;  ///< k of d² = 0, 1, …; empty: there is none
+  std::vector<double> table_;  ///< k of d² = 0, 1, …; empty: not tabulated
 };
 
-/// A training point [cells] and what it says: 1 occupied, −1 free.
+/// A training point [cells] and its label: 1 occupied, −1 free.
 struct GpPoint
 {
   Eigen::Vector3d place;
@@ -43,12 +43,12 @@ struct GpPoint
 
 /** One exact Gaussian process, thesis eq. (2.22), (2.23), by a Cholesky factor of K(X, X) + σ_n² I.
  *
- * Predictions for a set of cells do not depend on which cells are asked together. May be asked from several
+ * The prediction for a cell does not depend on which cells are queried together. May be queried from several
  * threads. */
 class GpExpert
 {
  public:
-  /// Working memory: one a thread.
+  /// Working memory: one per thread.
   struct Scratch
   {
     std::vector<GpTile> solved;
@@ -69,9 +69,9 @@ class GpExpert
   [[nodiscard]] const Eigen::Vector3d& low() const { return low_; }
   [[nodiscard]] const Eigen::Vector3d& high() const { return high_; }
 
-  /** @param squaredReach [cells²]: where no place is nearer to a training point, mean and variance are left
-   * as they are; `nearest` never is
-   *  @return whether some place is as near as that */
+  /** @param squaredReach [cells²]: if no cell is closer than this to a training point, mean and variance are
+   * not computed, only `nearest`
+   *  @return whether any cell is closer */
   bool predict(const GpPlaces& places, double squaredReach, const GpCovariance& covariance, Scratch& scratch,
                Prediction& prediction) const;
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-// Compiles the body with registers of two numbers, and with those of four for processors that have them.
+// Compiles the body for registers of two numbers, and of four for processors that have them.
 #ifdef LAMAP_FOR_AVX2
 #define LAMAP_FOR_EACH_PROCESSOR(name, parameters, arguments) \
   LAMAP_FOR_AVX2 static void name##Wide parameters            \
@@ -124,7 +124,7 @@ LAMAP_INLINED void matern32Body(double factor, double scale, size_t count, GpTil
   }
 }
 
-/// The rows first to first + kRows − 1: together, for what is loaded once serves all of them.
+/// The rows first to first + kRows − 1, together, because they share the loaded values.
 template <typename V, int kRows>
 LAMAP_INLINED void solveRows(const double* factor, const double* inverse, size_t first, GpTile* rows)
 {

@@ -6,25 +6,24 @@
 
 namespace lamap
 {
-// The loops in which a GP map spends its time, for eight cells at a time. On x86-64 they are compiled for
-// processors with and without AVX2, and chosen when the program runs: the same operations in the same order,
-// so the same bits.
+// The loops in which a GP map spends its time, for eight cells at a time. On x86-64 they are compiled with
+// and without AVX2 and chosen at run time: the same operations in the same order, so the same bits.
 
 /// One number for each of eight cells.
 using GpTile = std::array<double, 8>;
 
-/// Places of eight cells, or of training points.
+/// Positions of eight cells, or of training points.
 struct GpPlaces
 {
   GpTile x, y, z;
 };
 
-/** rows[i][c] = |place i − place c|², for training points in three arrays.
- * @param nearest receives the least of them for each c */
+/** rows[i][c] = |point i − cell c|², for training points in three arrays.
+ * @param nearest receives the minimum for each c */
 void squaredDistances(const double* x, const double* y, const double* z, size_t count, const GpPlaces& to,
                       GpTile* rows, GpTile& nearest);
 
-/// Replaces squared distances, whole numbers, by what a table holds for them.
+/// Replaces squared distances, which are whole numbers, by their entries in a table.
 void lookUp(const double* table, size_t count, GpTile* rows);
 
 /// Replaces squared distances d² by scale·(1 + t)·e^−t, t = factor·d.

@@ -39,7 +39,7 @@ void ScanBlocks::requireRoom() const
   if (blocks_.size() < kMaxBlocks) return;
   throw std::length_error(
       "a scan reaches more than " + std::to_string(kMaxBlocks) +
-      " blocks of 8 cells an edge: its rays are too long for cells of this size; set maxRange, or a "
+      " blocks with edges of 8 cells: its rays are too long for cells of this size; set maxRange, or a "
       "larger resolution");
 }
 

@@ -8,7 +8,7 @@ namespace lamap
 {
 namespace
 {
-/// What nanoflann reads.
+/// The data set interface that nanoflann expects.
 struct Centres
 {
   std::vector<Eigen::Vector3d> points;
@@ -25,7 +25,7 @@ struct Centres
   }
 };
 
-/// Hands on each point found, instead of collecting them.
+/// Passes each point found to a visitor, instead of collecting them.
 class Visitor
 {
  public:
@@ -76,7 +76,7 @@ HilbertModelIndex::HilbertModelIndex(const std::vector<PlacedModel>& models, con
     tree_->centres.points.push_back(centre);
     tree_->firstWeights.push_back(model->firstWeights());
   }
-  // Far from the map's origin a millimetre is what rounding may take.
+  // Far from the map's origin, rounding may be as large as a millimetre.
   tree_->radius_m = radius_m * (1 + 1e-6) + 1e-3;
   if (!models.empty()) tree_->kdTree = std::make_unique<Tree::KdTree>(3, tree_->centres);
   if (tree_->kdTree) tree_->kdTree->buildIndex();

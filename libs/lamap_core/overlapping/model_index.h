@@ -8,14 +8,14 @@
 
 namespace lamap
 {
-/// A model and where it lies. Models never change, so copies of a map share them.
+/// A model and its pose. Models never change, so copies of a map share them.
 struct PlacedModel
 {
   ModelPose pose;
   std::shared_ptr<const HilbertModel> model;
 };
 
-/** Finds the models whose box may hold a point: a k-d tree over the centres of their boxes.
+/** Finds the models whose box may contain a point: a k-d tree over the centres of their boxes.
  *
  * Immutable: may be shared between threads. */
 class HilbertModelIndex
@@ -24,8 +24,8 @@ class HilbertModelIndex
   explicit HilbertModelIndex(const std::vector<PlacedModel>& models, const ModelShape& shape);
   ~HilbertModelIndex();
 
-  /** Calls visit(number of a model) for all models whose box holds the point, and others near it, in no
-   * promised order. Allocates nothing. */
+  /** Calls visit(number of a model) for all models whose box contains the point, and for others near it, in
+   * unspecified order. Allocates nothing. */
   void forEachNear(const Eigen::Vector3d& point_map, const std::function<void(size_t)>& visit) const;
   /// HilbertModel::firstWeights() of a model.
   [[nodiscard]] const std::vector<uint32_t>& firstWeightsOf(size_t model) const;

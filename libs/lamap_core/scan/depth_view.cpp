@@ -13,8 +13,8 @@ namespace
 using Four = Eigen::Array4f;
 constexpr double kPi = 3.141592653589793;
 
-/// Angles of (x, y) from the x axis, in [−π, π], error below 1e-5 rad; 0 for the origin. From additions,
-/// multiplications and divisions alone, each rounded by itself.
+/// Angles of (x, y) from the x axis, in [−π, π], error below 1e-5 rad; 0 for the origin. Uses only additions,
+/// multiplications and divisions, each rounded separately.
 Four anglesOf(const Four& y, const Four& x)
 {
   constexpr auto kPiF = static_cast<float>(kPi);

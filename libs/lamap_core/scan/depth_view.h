@@ -8,29 +8,30 @@
 
 namespace lamap
 {
-/// What a sensor's field of view is made of. Lengths in metres.
+/// Parameters of a sensor's field of view. Lengths in metres.
 struct FieldRules
 {
-  double near_m = 0.3;     ///< places so near to the sensor are in its field
-  double depth_m = 0.3;    ///< the field reaches so far behind the end of a ray
-  double angle_deg = 2.5;  ///< edge of the bins of directions, (0, 90]
+  double near_m = 0.3;     ///< points within this distance of the sensor are in its field
+  double depth_m = 0.3;    ///< the field extends this far behind the end of a ray
+  double angle_deg = 2.5;  ///< width of the bins of directions, (0, 90]
 };
 
-/** The perceptual field of one sensor place: a depth image by azimuth and elevation, in bins of equal angles.
+/** The perceptual field from one sensor position: a depth image by azimuth and elevation, in bins of equal
+ * angles.
  *
- * A place is in the field if it is not farther than the maximum range, and within `near_m` of the sensor or
- * not farther from it than the longest ray of its bin plus `depth_m`. In a planar map elevations are all 0.
- * The same on every processor. Immutable once filled: may be shared between threads. */
+ * A point is in the field if it is within the maximum range, and either within `near_m` of the sensor or not
+ * farther from it than the longest ray of its bin plus `depth_m`. In a planar map all elevations are 0. The
+ * same on every processor. Immutable once filled: may be shared between threads. */
 class DepthView
 {
  public:
   DepthView() = default;
-  /// @param sensor [m] in any frame; @param rangeMax_m > 0, infinite where there is no limit
+  /// @param sensor [m] in any frame; @param rangeMax_m > 0, infinite if there is no limit
   DepthView(const Eigen::Vector3d& sensor, double rangeMax_m, const FieldRules& rules, bool planar);
 
-  /// Where a ray ended [m], from the sensor. Must not be zero.
+  /// Adds the end of a ray [m], relative to the sensor. Must not be zero.
   void addRay(const Eigen::Vector3d& fromSensor);
-  /// Must be called after the last ray: cuts the image to the bins with rays.
+  /// Must be called after the last ray: crops the image to the bins with rays.
   void finish();
 
   /// @param place [m] in the frame of `sensor`.
@@ -40,10 +41,10 @@ class DepthView
     addContained({place, place, place, place}, contained);
     return contained[0];
   }
-  /// Four at once, as that costs no more than one: sets those true that are in the field.
+  /// Four points at once, which costs no more than one: sets to true those in the field.
   void addContained(const std::array<Eigen::Vector3d, 4>& places, std::array<bool, 4>& contained) const;
 
-  /// The image, for files: depths by row of elevation, then azimuth; 0 where no ray went.
+  /// The image, for files: depths by row of elevation, then azimuth; 0 in bins without rays.
   struct Image
   {
     Eigen::Vector3d sensor = Eigen::Vector3d::Zero();
@@ -59,7 +60,7 @@ class DepthView
     friend bool operator==(const Image& a, const Image& b);
   };
   [[nodiscard]] const Image& image() const { return image_; }
-  /// @throws std::runtime_error if the image is none that finish() could have left.
+  /// @throws std::runtime_error if finish() cannot have produced the image.
   static DepthView fromImage(Image image);
 
   [[nodiscard]] size_t memoryBytes() const

@@ -6,7 +6,7 @@
 
 namespace lamap
 {
-/// MRPT's poses as Eigen's, and back.
+/// Conversions between MRPT's poses and Eigen's.
 [[nodiscard]] inline Eigen::Isometry3d isometryOf(const mrpt::poses::CPose3D& pose)
 {
   Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();

@@ -59,7 +59,7 @@ class Hasher
   void matrix(const mrpt::math::CMatrixDynamic<T>& image)
   {
     number(image.rows());
-    if (image.size() == 0) return;  // MRPT refuses to point to nothing
+    if (image.size() == 0) return;  // MRPT refuses a pointer to an empty image
     bytes(image.data(), static_cast<size_t>(image.rows()) * static_cast<size_t>(image.cols()) * sizeof(T));
   }
   void pose(const mrpt::poses::CPose3D& pose)
@@ -186,7 +186,7 @@ std::optional<ObservationFingerprint> fingerprintOf(const CObservation& observat
   if (const auto print = fingerprintIf<CObservation3DRangeScan>(observation)) return print;
   if (const auto print = fingerprintIf<CObservationVelodyneScan>(observation)) return print;
   const auto* rotating = dynamic_cast<const CObservationRotatingScan*>(&observation);
-  // Points of their own are not looked at here.
+  // Organized points are not part of the fingerprint.
   if (rotating && compat::hasOrganizedPoints(*rotating)) return std::nullopt;
   return fingerprintIf<CObservationRotatingScan>(observation);
 }

@@ -7,7 +7,7 @@
 
 namespace lamap
 {
-/// 128 bits that differ where the rays of two observations may differ.
+/// 128 bits that differ if the rays of two observations may differ.
 struct ObservationFingerprint
 {
   uint64_t high = 0;
@@ -19,12 +19,12 @@ struct ObservationFingerprint
   }
 };
 
-/** Recognizes an observation by all that its rays follow from: a particle filter asks for the same one
- * thousands of times in a row, and neither its address nor its time stamp tells it from the next one.
+/** Identifies an observation by everything that determines its rays: a particle filter passes the same one
+ * thousands of times in a row, and neither its address nor its time stamp distinguishes it from the next one.
  *
- * Reads all of it, at the speed of the memory. Data that is stored outside and not loaded counts by its
- * file's name.
- * @return nothing for a class that raysOf() does not read, or whose rays are as quick to make. */
+ * Reads the whole observation, at the speed of memory. External data that is not loaded counts by its file
+ * name.
+ * @return empty for a class that raysOf() does not read, or whose rays are as quick to compute. */
 [[nodiscard]] std::optional<ObservationFingerprint> fingerprintOf(const mrpt::obs::CObservation& observation);
 
 }  // namespace lamap

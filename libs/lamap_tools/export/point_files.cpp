@@ -1,4 +1,4 @@
-// .csv, .ply and .pcd: a cell a line or a point.
+// .csv, .ply and .pcd: one line or point per cell.
 #include <lamap_tools/cells/cell_table.h>
 #include <lamap_tools/export/export_map.h>
 #include <lamap_tools/files/file_output.h>
@@ -46,7 +46,7 @@ void writeCsv(const CellMap& map, const std::string& path, const StateSet& state
 
 namespace
 {
-/// What a header must know before the first point.
+/// Facts for the header, needed before the first point.
 struct PointSummary
 {
   size_t count = 0;

@@ -8,7 +8,7 @@ namespace lamap::tools
 {
 namespace
 {
-/// Address space of this process [bytes]; 0 where it is not known.
+/// Address space of this process [bytes]; 0 if unknown.
 size_t addressSpaceInUse()
 {
   std::ifstream file("/proc/self/statm");

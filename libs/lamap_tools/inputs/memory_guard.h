@@ -6,12 +6,12 @@
 
 namespace lamap::tools
 {
-/** While it lives the process cannot take more than so many bytes beyond what it has: an allocation that
- * would throws std::bad_alloc.
+/** Limits how many more bytes the process can allocate during its lifetime: an allocation beyond the limit
+ * throws std::bad_alloc.
  *
- * A damaged file may state that billions of elements follow; MRPT reserves them before it reads. The limit is
- * the whole process's, so nothing else should allocate meanwhile. Does nothing where the system does not say
- * how much memory is in use.
+ * A damaged file may state that billions of elements follow; MRPT reserves them before it reads. The limit
+ * applies to the whole process, so nothing else should allocate at the same time. Has no effect if the system
+ * does not report how much memory is in use.
  */
 class MemoryGuard
 {

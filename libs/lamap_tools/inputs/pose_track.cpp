@@ -57,7 +57,7 @@ PoseTrack::PoseTrack(std::vector<TimedPose> poses) : poses_(std::move(poses))
 {
   const auto earlier = [](const TimedPose& a, const TimedPose& b) { return a.time < b.time; };
   std::stable_sort(poses_.begin(), poses_.end(), earlier);
-  // Backwards, so that unique keeps the last one of each time.
+  // Backwards, so that unique keeps the last pose of each time.
   const auto sameTime = [](const TimedPose& a, const TimedPose& b) { return a.time == b.time; };
   const auto kept = std::unique(poses_.rbegin(), poses_.rend(), sameTime);
   poses_.erase(poses_.begin(), kept.base());

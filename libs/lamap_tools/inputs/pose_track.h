@@ -17,21 +17,21 @@ struct TimedPose
 
 /** Poses of a robot over time [m, map frame].
  *
- * Between two poses the translation is interpolated on a straight line and the rotation along the shortest
- * turn (slerp). Before the first and after the last there is no pose: nothing is extrapolated. Immutable: may
- * be shared between threads.
+ * Between two poses the translation is interpolated linearly and the rotation along the shortest turn
+ * (slerp). Before the first and after the last there is no pose: nothing is extrapolated. Immutable: may be
+ * shared between threads.
  */
 class PoseTrack
 {
  public:
   PoseTrack() = default;
-  /// In any order; of several poses with the same time the last one counts.
+  /// In any order; of several poses with the same time, the last one counts.
   explicit PoseTrack(std::vector<TimedPose> poses);
 
   [[nodiscard]] std::optional<mrpt::poses::CPose3D> at(mrpt::Clock::time_point time) const;
 
   [[nodiscard]] bool empty() const { return poses_.empty(); }
-  /// Sorted by time, each time once.
+  /// Sorted by time, one per time.
   [[nodiscard]] const std::vector<TimedPose>& poses() const { return poses_; }
 
  private:
@@ -42,12 +42,12 @@ class PoseTrack
 [[nodiscard]] mrpt::poses::CPose3D interpolatePose(const mrpt::poses::CPose3D& first,
                                                    const mrpt::poses::CPose3D& second, double fraction);
 
-/** Reads poses, one a line, in the file's order. The number of columns tells the format:
+/** Reads poses, one per line, in the file's order. The number of columns determines the format:
  *   8  TUM: time tx ty tz qx qy qz qw
  *   7  MRPT's 3D path text: time x y z yaw pitch roll
  *   4  MRPT's 2D path text: time x y phi
- * with times in seconds (since 1970 where they are to match a log), lengths in metres and angles in radians.
- * Empty lines and lines that begin with # or % are left out.
+ * with times in seconds (since 1970 if they must match a log), lengths in metres and angles in radians. Empty
+ * lines and lines that begin with # or % are skipped.
  * @throws std::runtime_error naming the file, the line and what is wrong with it; also if there is no pose.
  */
 [[nodiscard]] std::vector<TimedPose> readPoseFile(const std::string& path);

@@ -26,10 +26,10 @@ const TColor kUnsure(176, 176, 176);
 const TColor kFree(255, 255, 255);
 constexpr double kHighest = 0.78;  // of the palette: its bright end would vanish on white
 
-/// What one square of the picture shows: a cell of its column.
+/// The content of one square of the picture: one cell of its column.
 struct Square
 {
-  float prob = -1;  ///< below 0: nothing was observed here
+  float prob = -1;  ///< below 0: not observed
   float variance = 0;
   int32_t z = std::numeric_limits<int32_t>::min();
   CellState state = CellState::Unknown;
@@ -38,7 +38,7 @@ struct Square
   [[nodiscard]] bool observed() const { return prob >= 0; }
 };
 
-/// The highest occupied cell, else the most probable one.
+/// The highest occupied cell or, if there is none, the most probable one.
 bool showsBetter(const Square& a, const Square& b)
 {
   const bool aOccupied = a.state == CellState::Occupied;
@@ -67,7 +67,7 @@ struct Squares
   }
 };
 
-/// Which layers of cells a picture shows.
+/// The layers of cells that a picture shows.
 struct Layers
 {
   int32_t lowest = std::numeric_limits<int32_t>::min();
@@ -92,7 +92,7 @@ int32_t layerWithMostOccupied(const CellMap& map, const std::optional<CellExtent
       ->first;
 }
 
-/// A layer's number, kept within what cells can have.
+/// A layer's number, clamped to what cells can have.
 int32_t layerNumber(double number)
 {
   return static_cast<int32_t>(std::clamp(number, -2147483647.0, 2147483646.0));
@@ -135,7 +135,7 @@ std::string heightsText(const CellMap& map, const RenderOptions& options, const 
          (options.zMax_m ? roundText(*options.zMax_m) : "highest") + " m";
 }
 
-/// From the whole to the frame and some room around it, divided by the zoom; never more than the whole.
+/// Crops the whole extent to the frame with a margin, divided by the zoom; never larger than the whole.
 void crop(int32_t& first, int32_t& last, int32_t frameFirst, int32_t frameLast, double zoom)
 {
   const double middle = (static_cast<double>(frameFirst) + frameLast) / 2;
@@ -207,7 +207,7 @@ Squares flatten(const CellMap& map, const Layers& layers, const CellExtent& exte
   return flat;
 }
 
-/// Corners and feet of walls are darker: each of the eight neighbours that stands higher takes light.
+/// Darkens corners and feet of walls: each of the eight neighbours that is higher takes away light.
 double light(const Squares& flat, int x, int y)
 {
   const Square& own = *flat.at(x, y);
@@ -296,7 +296,7 @@ Legend legendFor(const CellMap& map, const Squares& flat, ColorBy colorBy)
 ColorBy automaticColor(const RenderOptions& options, const Squares& flat)
 {
   if (options.colorBy != ColorBy::Automatic) return options.colorBy;
-  // A sensor that scans one plane fills few layers; their heights tell nothing.
+  // A sensor that scans one plane fills only a few layers, whose heights carry no information.
   constexpr int64_t kFewLayers = 5;
   const bool flatMap = int64_t{flat.highestOccupied} - flat.lowestOccupied < kFewLayers;
   return options.view == View::Slice || flatMap ? ColorBy::Prob : ColorBy::Height;
@@ -317,7 +317,7 @@ int pictureHeight(const RenderOptions& options, const CellExtent& extent)
   return std::max(260, static_cast<int>(plotHeight) + kMarginTop + kMarginBottom);
 }
 
-/// The plot as large as it fits, in whole pixels a square where squares are large enough to look uneven
+/// The plot as large as it fits, with whole pixels per square if squares are large enough to look uneven
 /// otherwise.
 PlotArea placePlot(const RenderOptions& options, int height, const Squares& flat, double resolution_m)
 {

@@ -20,7 +20,7 @@ struct FileCloser
 {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
-/// A file without a name, for what a program reads and says: unlike pipes, neither side can block.
+/// An unnamed file for a program's input or output: unlike with pipes, neither side can block.
 using NamelessFile = std::unique_ptr<std::FILE, FileCloser>;
 
 NamelessFile makeNamelessFile(const std::string& content = "")

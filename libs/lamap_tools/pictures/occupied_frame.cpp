@@ -10,7 +10,7 @@ namespace lamap::tools
 {
 namespace
 {
-/// How many occupied cells have each index along one axis.
+/// Number of occupied cells at each index along one axis.
 using Histogram = std::map<int32_t, size_t>;
 
 void frameAxis(const Histogram& histogram, size_t total, int32_t& first, int32_t& last)
@@ -65,7 +65,7 @@ std::optional<CellExtent> occupiedFrame(const CellMap& map,
 std::optional<CellExtent> cellsOfBox(const RenderOptions& options, double resolution_m)
 {
   if (!options.box_map) return std::nullopt;
-  // A box often ends on faces of cells, which rounding may put to either side.
+  // A box often ends on faces of cells, which rounding may put on either side.
   constexpr double kOnFace_cells = 1e-6;
   const auto cell = [&](double number) { return static_cast<int32_t>(std::clamp(number, -1e9, 1e9)); };
   const auto first = [&](double m) { return cell(std::floor(m / resolution_m + kOnFace_cells)); };

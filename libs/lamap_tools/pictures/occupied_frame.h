@@ -8,17 +8,17 @@
 
 namespace lamap::tools
 {
-/** The box of cells that a picture is about: around the occupied cells, few far ones left out.
+/** The box of cells that a picture shows: around the occupied cells, without a few distant ones.
  *
- * A sensor's stray returns and its rays into the open reach far beyond what was mapped; shown whole, the map
- * would be a dot. The box spans the middle 98 % of the occupied cells along each axis and an eighth more;
- * where that saves less than a quarter, all of them.
+ * Stray returns and rays into the open reach far beyond the mapped place; in a picture of all cells the map
+ * would be a dot. The box spans the middle 98 % of the occupied cells along each axis and an eighth more or,
+ * if that saves less than a quarter, all of them.
  * @param shown  which cells count
- * @return nothing if none of them is occupied */
+ * @return empty if none of them is occupied */
 [[nodiscard]] std::optional<CellExtent> occupiedFrame(const CellMap& map,
                                                       const std::function<bool(const CellIndex&)>& shown);
 
-/// The cells of the box that the options give, at least one along each axis; nothing if they give none.
+/// The cells of the box in the options, at least one along each axis; empty if the options have no box.
 [[nodiscard]] std::optional<CellExtent> cellsOfBox(const RenderOptions& options, double resolution_m);
 
 [[nodiscard]] inline bool inside(const CellIndex& cell, const CellExtent& extent)

@@ -11,7 +11,7 @@ namespace
 {
 using Stops = std::array<std::array<double, 3>, 9>;
 
-// Matplotlib's viridis at every eighth.
+// Matplotlib's viridis at steps of an eighth.
 constexpr Stops kHeight = {{{68, 1, 84},
                             {71, 44, 122},
                             {59, 81, 139},

@@ -4,7 +4,7 @@
 
 namespace lamap::tools
 {
-/// Colours that keep their order of brightness; fraction in [0, 1], anything else is clamped.
+/// Colours of monotonic brightness; the fraction is clamped to [0, 1].
 enum class Palette
 {
   Height,    ///< dark blue, green, yellow: viridis
@@ -14,7 +14,7 @@ enum class Palette
 
 [[nodiscard]] mrpt::img::TColor paletteColor(Palette palette, double fraction);
 
-/// The colour with every channel times a factor in [0, 1].
+/// The colour with each channel multiplied by a factor in [0, 1].
 [[nodiscard]] mrpt::img::TColor darkened(const mrpt::img::TColor& color, double factor);
 
 }  // namespace lamap::tools

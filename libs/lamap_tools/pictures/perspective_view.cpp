@@ -32,7 +32,7 @@ const TColor kFreeSurface(120, 175, 235);
 constexpr double kFreeOpacity = 0.3;
 constexpr double kHighest = 0.97;  // of the palette
 
-/// One picture is drawn this much larger and averaged down, against jagged edges.
+/// The picture is drawn this much larger and averaged down, to avoid jagged edges.
 constexpr int kOversampling = 2;
 constexpr double kDegree = 3.14159265358979323846 / 180;
 /// About 260 bytes each in MRPT and as much again in OpenGL; a picture has fewer pixels than this.
@@ -69,15 +69,15 @@ struct Selection
   std::optional<CellExtent> box;
 };
 
-/// The cells to draw, relative to the first cell of their extent, 2^coarseness finest cells an edge.
+/// The cells to draw, relative to the first cell of their extent, with edges of 2^coarseness finest cells.
 struct Cells
 {
   CellExtent extent;  ///< of the occupied ones
-  CellExtent frame;   ///< what the picture is about
+  CellExtent frame;   ///< what the picture should show
   int coarseness = 0;
   std::vector<CellIndex> occupied;
   std::vector<CellIndex> free;
-  std::vector<std::pair<CellIndex, float>> quantity;  ///< what colours them (not for heights), sorted
+  std::vector<std::pair<CellIndex, float>> quantity;  ///< for their colours (except for heights), sorted
   float greatestVariance = 0;
 };
 
@@ -126,7 +126,7 @@ Cells gather(const CellMap& map, const Selection& selection, const CellExtent& e
                                                                ? static_cast<float>(estimate.prob)
                                                                : variance);
       });
-  // Where several finest cells share a coarse one, the greatest colours it.
+  // If several finest cells share a coarse one, their maximum sets its colour.
   std::sort(cells.quantity.begin(), cells.quantity.end(),
             [](const auto& a, const auto& b)
             { return a.first == b.first ? a.second > b.second : inTableOrder(a.first, b.first); });
@@ -181,7 +181,7 @@ Legend legendFor(const CellMap& map, const Cells& cells, const RenderOptions& op
     legend.fractionAtTo = kHighest;
     legend.from = cells.frame.first.z * r;
     legend.to = (cells.frame.last.z + 1.0) * r;
-    // Of one layer the heights tell nothing.
+    // With a single layer, heights carry no information.
     if (cells.frame.first.z == cells.frame.last.z)
     {
       legend.to = legend.from;
@@ -208,7 +208,7 @@ VoxelMesh::ColorOf colorsFor(const Cells& cells, const Legend& legend, const Ren
   };
 }
 
-/// Of the numbers along the grid [of its step].
+/// Distance of the numbers from the grid [steps of the grid].
 constexpr double kNumbersAway = 0.35;
 
 /// The ground under the map, and its lines in metres of the map frame.
@@ -255,7 +255,7 @@ mrpt::opengl::CSetOfLines::Ptr gridLines(const Ground& ground)
   return lines;
 }
 
-/// As high as the points ask for at this width.
+/// Chooses the picture's height so that it fits the points.
 void fitWithHeight(PinholeView& view, const std::vector<Vector3d>& points, double margin)
 {
   view.height = view.width;
@@ -275,7 +275,8 @@ void fitWithHeight(PinholeView& view, const std::vector<Vector3d>& points, doubl
   view.fit(points, margin);
 }
 
-/// What to bring into view: the occupied cells (a sample of many) and the ground's corners.
+/// The points that must be in view: the occupied cells (a sample, if there are many) and the ground's
+/// corners.
 PinholeView viewOf(const Cells& cells, const Ground& ground, const RenderOptions& options, double edge_m,
                    int width, int height)
 {
@@ -314,7 +315,7 @@ struct Shot
   mrpt::math::CMatrixFloat depth;  ///< 0: background
 };
 
-/// As near to the scene as can be: OpenGL's depth has few steps.
+/// Clipping planes as close to the scene as possible, because OpenGL's depth has limited resolution.
 struct Clip
 {
   double nearest = 0;
@@ -372,8 +373,8 @@ Shot shoot(const std::vector<mrpt::opengl::CRenderizable::Ptr>& objects, const P
   return shot;
 }
 
-/** Eye-dome lighting (Boucheny 2009): a pixel that lies deeper than its neighbours is darkened, so that edges
- * show where colours alone do not tell two walls apart. */
+/** Eye-dome lighting (Boucheny 2009): a pixel that is deeper than its neighbours is darkened, so that edges
+ * are visible even if colours do not distinguish two walls. */
 void shadeByDepth(Shot& shot)
 {
   const int rows = static_cast<int>(shot.depth.rows());
@@ -400,7 +401,7 @@ void shadeByDepth(Shot& shot)
   }
 }
 
-/// A second scene over the first, see-through where it is in front.
+/// Draws a second scene over the first, translucent where it is in front.
 void blendInFront(Shot& shot, const Shot& front, double opacity)
 {
   for (int row = 0; row < static_cast<int>(shot.depth.rows()); ++row)
@@ -417,7 +418,7 @@ void blendInFront(Shot& shot, const Shot& front, double opacity)
   }
 }
 
-/// Metres along the two edges of the ground that are nearest to the camera.
+/// Labels in metres along the two edges of the ground nearest to the camera.
 /// @param top of the scene in the picture
 void drawGridNumbers(CImage& picture, int top, const PinholeView& view, const Ground& ground)
 {

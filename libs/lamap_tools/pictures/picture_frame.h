@@ -8,10 +8,10 @@
 
 namespace lamap::tools
 {
-constexpr int kTextWidth = 9;  // of the fonts used here [pixels a character]
+constexpr int kTextWidth = 9;  // of the fonts used here [pixels per character]
 constexpr int kTextHeight = 15;
 
-/// A part of the map frame [m] and where it lies in a picture [pixels]; y points up in the map, down in the
+/// A part of the map frame [m] and its position in a picture [pixels]; y points up in the map, down in the
 /// picture.
 struct PlotArea
 {
@@ -42,13 +42,13 @@ struct Legend
   std::vector<Swatch> swatches;
 };
 
-/// 1, 2 or 5 times a power of ten, the smallest that is at least this length.
+/// The smallest of 1, 2 or 5 times a power of ten that is at least this length.
 [[nodiscard]] double roundStep(double atLeast);
 
-/// The multiples of the step within the range, both ends inside.
+/// The multiples of the step within the range, both ends included.
 [[nodiscard]] std::vector<double> multiplesWithin(double from, double to, double step);
 
-/// At most ten digits, without what doubles do to 0.1.
+/// At most ten digits, which hides the binary rounding of e.g. 0.1.
 [[nodiscard]] std::string roundText(double number);
 
 enum class Anchor
@@ -60,14 +60,14 @@ enum class Anchor
 void drawText(mrpt::img::CImage& picture, int x, int y, const std::string& text,
               Anchor anchor = Anchor::Left);
 
-/// A frame around the plot, ticks and metres at its left and below it.
+/// A frame around the plot, with ticks and metres on its left and below it.
 void drawAxes(mrpt::img::CImage& picture, const PlotArea& plot);
 
 /// @param left, top, height  of the whole legend [pixels]; it is about kLegendWidth wide.
 void drawLegend(mrpt::img::CImage& picture, int left, int top, int height, const Legend& legend);
 constexpr int kLegendWidth = 150;
 
-/// One bold line at the top left.
+/// A bold line of text at the top left.
 void drawTitle(mrpt::img::CImage& picture, int left, int top, const std::string& text);
 
 }  // namespace lamap::tools

@@ -35,9 +35,9 @@ std::optional<PinholeView::Pixel> PinholeView::project(const Eigen::Vector3d& po
 
 void PinholeView::fit(const std::vector<Eigen::Vector3d>& points, double margin)
 {
-  // The frustum's four side planes with the margin cut off. A plane that touches the points gives one
-  // equation for the camera's place; left and right, top and bottom meet in the nearest place from which all
-  // is seen.
+  // The frustum's four side planes, less the margin. A plane that touches the points gives one equation for
+  // the camera's position; the left and right, and the top and bottom planes meet at the nearest position
+  // that sees all points.
   const double focal = height / 2 / std::tan(verticalFov_rad / 2);
   const double slopeX = std::max(1.0, width / 2 - margin) / focal;
   const double slopeY = std::max(1.0, height / 2 - margin) / focal;
@@ -58,7 +58,7 @@ void PinholeView::fit(const std::vector<Eigen::Vector3d>& points, double margin)
   const double cameraX = (mostRight - mostLeft) / 2;
   const double cameraY = (mostUp - mostDown) / 2;
   const double cameraBack = std::max((mostRight + mostLeft) / 2 / slopeX, (mostUp + mostDown) / 2 / slopeY);
-  // Look at the middle of the depths, for the clipping planes.
+  // Looks at the middle of the depth range, for the clipping planes.
   double farthest = infinity;
   for (const Eigen::Vector3d& point : points) farthest = std::min(farthest, point.dot(backward()));
   const double middle = (nearest + farthest) / 2;

@@ -6,7 +6,7 @@
 
 namespace lamap::tools
 {
-/** Where a perspective camera stands, in the frame of what it looks at; the same pinhole as MRPT's CCamera.
+/** Pose of a perspective camera, in the frame of the scene; the same pinhole model as MRPT's CCamera.
  */
 struct PinholeView
 {
@@ -24,7 +24,7 @@ struct PinholeView
     double y = 0;
     double depth = 0;  ///< along the view direction
   };
-  /// Nothing for a point behind the camera.
+  /// Empty for a point behind the camera.
   [[nodiscard]] std::optional<Pixel> project(const Eigen::Vector3d& point) const;
 
   /// Towards the camera, to its right and up.
@@ -32,8 +32,8 @@ struct PinholeView
   [[nodiscard]] Eigen::Vector3d right() const;
   [[nodiscard]] Eigen::Vector3d up() const;
 
-  /// Moves lookAt and the distance, not the direction, so that the points fill the picture up to a margin
-  /// [pixels].
+  /// Changes lookAt and the distance, but not the direction, so that the points fill the picture up to a
+  /// margin [pixels].
   void fit(const std::vector<Eigen::Vector3d>& points, double margin);
 };
 

@@ -20,7 +20,7 @@ namespace
 constexpr int kMinPixels = 320;
 constexpr int kMaxPixels = 8192;
 
-/// The picture's writer does not say why it failed.
+/// The picture's writer does not report why it failed.
 [[noreturn]] void failWriting(const std::string& path, const std::string& temporaryPath)
 {
   constexpr std::uintmax_t kFull = 16 * 1024;  // [bytes]

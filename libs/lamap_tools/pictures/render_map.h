@@ -11,8 +11,8 @@ namespace lamap::tools
 {
 enum class View
 {
-  Top,    ///< projected on the ground; a column shows its highest occupied cell, else its most probable one
-  Slice,  ///< the layer of cells at one height
+  Top,         ///< from above; a column shows its highest occupied cell or else its most probable one
+  Slice,       ///< the layer of cells at one height
   Perspective  ///< occupied cells in 3D
 };
 
@@ -33,34 +33,34 @@ struct RenderOptions
   ColorBy colorBy = ColorBy::Automatic;
   /// Height [m] of the slice. Default: the layer with the most occupied cells.
   std::optional<double> z_m;
-  /// Top, Perspective: only cells with their centre within these heights [m]. Default: no limit.
+  /// Top, Perspective: only cells with centres within these heights [m]. Default: no limit.
   std::optional<double> zMin_m;
   std::optional<double> zMax_m;
-  /// Of the picture [pixels]. Height 0: as the map's shape asks for.
+  /// Size of the picture [pixels]. Height 0: chosen by the map's shape.
   int width = 1600;
   int height = 0;
-  /// Perspective: where the camera stands as seen from the map: counter-clockwise from +x, and above the
+  /// Perspective: direction of the camera as seen from the map: counter-clockwise from +x, and above the
   /// ground [deg].
   std::optional<double> azimuth_deg;
   std::optional<double> elevation_deg;
-  /// 1 shows where cells are occupied (few far ones left out), 2 the middle half of that, 0.5 twice as much.
+  /// 1 shows the occupied cells (without a few distant ones), 2 the middle half of that, 0.5 twice as much.
   double zoom = 1;
   /// Perspective: free space as a faint surface.
   bool showFree = false;
-  /// The part of the map that is shown [m]: cells outside of it are left out, and its heights are those that
-  /// colours stand for. Default: around the occupied cells, few far ones left out (the 3D view shows these).
+  /// The part of the map that is shown [m]: cells outside are omitted, and colours span its heights. Default:
+  /// around the occupied cells, without a few distant ones (which the 3D view shows).
   std::optional<mrpt::math::TBoundingBox> box_map{};
 };
 
 /** Checks a picture's path and options before a map is read for it.
- * @throws UsageError naming what is out of range, contradicts the view, or that the path does not end in
- * .png. */
+ * @throws UsageError naming the option that is out of range or contradicts the view, or a path that does not
+ * end in .png. */
 void requireDrawable(const std::string& path, const RenderOptions& options);
 
-/** Draws a map with axes in metres and a legend. Needs no display; Perspective draws through EGL, with a GPU
- * or without (Mesa's software driver). The same map and options give the same picture.
- * @throws std::runtime_error if there is nothing to draw (names the heights), the map has no variance but is
- * to be coloured by it, or there is no EGL (names the packages); UsageError for an option out of range. */
+/** Draws a map with axes in metres and a legend. Needs no display; Perspective draws through EGL, with or
+ * without a GPU (Mesa's software driver). The same map and options give the same picture.
+ * @throws std::runtime_error if there is nothing to draw (names the heights), the map has no variance for
+ * colouring by it, or there is no EGL (names the packages); UsageError for an option out of range. */
 [[nodiscard]] mrpt::img::CImage drawMap(const CellMap& map, const RenderOptions& options);
 
 /// drawMap into a PNG file. @throws also if the path does not end in .png or cannot be written.

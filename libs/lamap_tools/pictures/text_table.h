@@ -7,11 +7,11 @@
 
 namespace lamap::tools
 {
-/// Columns as wide as their widest text, the first one to the left, the others to the right.
+/// Columns as wide as their widest text, the first left-aligned, the others right-aligned.
 class TextTable
 {
  public:
-  /// Of as many texts as all others.
+  /// Adds a row with as many texts as all others.
   void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
   [[nodiscard]] const std::vector<std::vector<std::string>>& rows() const { return rows_; }
 
@@ -21,14 +21,14 @@ class TextTable
   std::vector<std::vector<std::string>> rows_;
 };
 
-/// A table in Markdown, the first column to the left, the others to the right.
+/// A table in Markdown, the first column left-aligned, the others right-aligned.
 [[nodiscard]] std::string markdownOf(const TextTable& table);
 /// A table as CSV.
 [[nodiscard]] std::string csvOf(const TextTable& table);
-/// A text as a field of a CSV line, quoted where it must be.
+/// A text as a field of a CSV line, quoted if necessary.
 [[nodiscard]] std::string csvField(const std::string& text);
 
-/// Four digits after the point; "-" for nothing.
+/// Four digits after the point; "-" if empty.
 [[nodiscard]] std::string numberText(const std::optional<double>& number);
 
 }  // namespace lamap::tools

@@ -48,7 +48,7 @@ int VoxelMesh::openness(const CellIndex& before, int axisU, int stepU, int axisV
 void VoxelMesh::appendFace(mrpt::opengl::CSetOfTriangles& mesh, const CellIndex& cell, int axis, int side,
                            const mrpt::img::TColor& color) const
 {
-  // Sun from above and a little from -y: walls of different directions differ.
+  // Light from above and slightly from -y, so that walls of different directions differ.
   constexpr std::array<std::array<double, 2>, 3> kBrightness = {{{0.70, 0.76}, {0.86, 0.62}, {0.50, 1.00}}};
   constexpr std::array<double, 4> kOcclusion = {0.55, 0.72, 0.87, 1.00};
   const int axisU = (axis + 1) % 3;
@@ -70,7 +70,7 @@ void VoxelMesh::appendFace(mrpt::opengl::CSetOfTriangles& mesh, const CellIndex&
     open[i] = openness(before, axisU, kSteps[i][0], axisV, kSteps[i][1]);
     corners[i].setColor(darkened(color, brightness * kOcclusion[static_cast<size_t>(open[i])]));
   }
-  // Cut along the diagonal that does not smear a dark corner over the face.
+  // Split along the diagonal that does not smear a dark corner over the face.
   const size_t first = open[0] + open[2] >= open[1] + open[3] ? 0 : 1;
   for (const size_t turn : {size_t{1}, size_t{2}})
   {

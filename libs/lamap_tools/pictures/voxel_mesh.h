@@ -13,9 +13,9 @@ namespace lamap::tools
 {
 /** The visible faces of a set of cells as triangles.
  *
- * A face between two cells of the set is left out. Light is painted into the colours, as no lamp would show a
- * wall's shape from every side: each direction has its own brightness, and a corner between cells is darker
- * (ambient occlusion from the three cells around each corner of a face).
+ * Faces between two cells of the set are omitted. Light is part of the colours, because no single lamp would
+ * show a wall's shape from every side: each direction has its own brightness, and corners between cells are
+ * darker (ambient occlusion from the three cells around each corner of a face).
  */
 class VoxelMesh
 {
@@ -33,7 +33,7 @@ class VoxelMesh
   [[nodiscard]] bool has(const CellIndex& cell) const;
   void appendFace(mrpt::opengl::CSetOfTriangles& mesh, const CellIndex& cell, int axis, int side,
                   const mrpt::img::TColor& color) const;
-  /// 0 (in a corner) to 3 (free): how much light reaches a corner of a face.
+  /// Light that reaches a corner of a face, from 0 (enclosed) to 3 (open).
   [[nodiscard]] int openness(const CellIndex& before, int axisU, int stepU, int axisV, int stepV) const;
 
   std::vector<CellIndex> cells_;  ///< sorted

@@ -27,7 +27,7 @@ using mrpt::poses::CPose3D;
 using sim::Pose;
 using sim::SensorKind;
 
-/// MRPT's archive over a file that notices every error of writing.
+/// MRPT's archive over a file that detects every write error.
 class FileArchive : public mrpt::serialization::CArchive
 {
  public:
@@ -52,7 +52,7 @@ CPose3D mrptPose(const Pose& pose)
   return CPose3D(p.x(), p.y(), p.z(), pose.yaw_rad, pose.pitch_rad, pose.roll_rad);
 }
 
-/// Off by less than 1e-9, so that the last bits of a processor's trigonometry do not show.
+/// Rounded by less than 1e-9, so that the last bits of a processor's trigonometry have no effect.
 double coarse(double length_or_angle)
 {
   constexpr int kBits = 32;
@@ -65,7 +65,7 @@ CPose3D coarse(const CPose3D& pose)
                  coarse(pose.pitch()), coarse(pose.roll()));
 }
 
-/// MRPT spells the cone's member with one p or two, by its version.
+/// MRPT spells the cone's member with one p or two, depending on its version.
 template <typename Range>
 auto setCone(Range& ranges, float aperture, int) -> decltype(ranges.sensorConeAperture = aperture, void())
 {
@@ -99,7 +99,7 @@ class ObservationMaker
     return cloud;
   }
 
-  /// One observation an echo rank; without any echo one that says so.
+  /// One observation per echo rank; without any echo, one invalid observation.
   [[nodiscard]] std::vector<CObservation::Ptr> ping(const sim::HeadTurn& head,
                                                     const std::vector<sim::Echo>& echoes) const
   {
@@ -138,7 +138,7 @@ class ObservationMaker
     auto scan = mrpt::obs::CObservation2DRangeScan::Create();
     scan->sensorLabel = "SONAR/echo" + std::to_string(rank);
     scan->sensorPose = headPose;
-    scan->aperture = 0;  // of a fan of one beam: MRPT puts it straight ahead only so
+    scan->aperture = 0;  // a fan of one beam: only with this does MRPT point it straight ahead
     scan->beamAperture = static_cast<float>(sensor_.aperture_rad);
     scan->maxRange = static_cast<float>(sensor_.rangeMax_m);
     scan->stdError = static_cast<float>(noise_.range_m);
@@ -170,7 +170,7 @@ class ObservationMaker
   sim::NoiseOptions noise_;
 };
 
-/// What both kinds of log share: shots become frames with a time.
+/// Common to both kinds of logs: shots become frames with a time.
 class FramedLog : public SimulatedLog
 {
  public:
@@ -226,7 +226,7 @@ class Rawlog : public FramedLog
   void addFrame(const Pose& robot, const mrpt::obs::CSensoryFrame::Ptr& frame,
                 mrpt::Clock::time_point time) override
   {
-    // Relative to what the log's movements add up to, so that rounding does not.
+    // Relative to the sum of the log's movements, so that rounding errors do not accumulate.
     const CPose3D exact = coarse(mrptPose(robot) - accumulated_);
     accumulated_ = accumulated_ + exact;
     mrpt::obs::CActionCollection actions;

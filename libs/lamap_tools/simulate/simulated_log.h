@@ -11,7 +11,7 @@ namespace lamap::tools
 {
 class FileOutput;
 
-/// How a log tells of poses.
+/// How a log reports poses.
 struct LogOptions
 {
   sim::SensorModel sensor;
@@ -20,26 +20,26 @@ struct LogOptions
   uint64_t seed = 0;         ///< of the odometry's noise
 };
 
-/// When a shot (a scan, or a ping of a sonar) is made, in seconds since 1970.
+/// The time of a shot (a scan, or a ping of a sonar), in seconds since 1970.
 [[nodiscard]] double timeOfShot(const sim::SensorModel& sensor, size_t shot);
 
 /// The robot's pose in the log: the sensor's own, but on the ground below a planar sensor.
 [[nodiscard]] sim::Pose robotPose(const sim::SensorModel& sensor, const sim::Pose& sensorPose);
 
-/** Writes a log shot by shot, in the classes that MRPT has for it.
+/** Writes a log shot by shot, with MRPT's observation classes.
  *
  * A 3D laser's scan is a CObservationPointCloud in the sensor's frame, which is the robot's; a planar one's a
  * CObservation2DRangeScan; a ping's echoes are CObservation2DRangeScans of one beam, or a CObservationRange
- * where only one echo is kept. */
+ * if only one echo is kept. */
 class SimulatedLog
 {
  public:
   virtual ~SimulatedLog() = default;
-  /// @param reported  where the log says that the sensor was
+  /// @param reported  the sensor's pose according to the log
   virtual void addScan(const sim::Pose& reported, const std::vector<sim::BeamReading>& readings) = 0;
   virtual void addPing(const sim::Pose& reported, const sim::HeadTurn& head,
                        const std::vector<sim::Echo>& echoes) = 0;
-  /// Writes what is left; the file is not yet in its place.
+  /// Writes the rest; the file is not yet at its destination.
   virtual void finish() = 0;
 };
 

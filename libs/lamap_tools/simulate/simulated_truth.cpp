@@ -8,7 +8,7 @@ namespace lamap::tools
 {
 namespace
 {
-/// A truth as a map that is sure of all it says.
+/// A truth as a map with probabilities of 0 and 1.
 class TruthCells : public CellMap
 {
  public:

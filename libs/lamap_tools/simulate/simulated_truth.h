@@ -9,10 +9,9 @@
 
 namespace lamap::tools
 {
-/// `x,y,z,label`: a line for each cell with its centre [m] and 1 (solid) or 0 (free), in the order of the
-/// cells.
-/// @param goOn  told from time to time how many are written; false ends it
-/// @return false if it was ended
+/// `x,y,z,label`: one line per cell with its centre [m] and 1 (solid) or 0 (free), in the order of the cells.
+/// @param goOn  called from time to time with the number of cells written; returns false to stop
+/// @return false if it was stopped
 bool writeTruthCsv(const std::vector<sim::TrueCell>& cells, double resolution_m, FileOutput& file,
                    const std::function<bool(size_t)>& goOn);
 
