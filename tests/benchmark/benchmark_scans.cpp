@@ -68,7 +68,7 @@ struct World
   }
 };
 
-// Surfaces stand off the faces of cells, as real ones do.
+// Surfaces are not on the faces of cells, as in reality.
 const Eigen::Vector3d kOffset(0.037, 0.041, 0.043);
 
 World room()
@@ -116,7 +116,7 @@ World corridor()
   return world;
 }
 
-/// A cloud in the sensor's frame, the robot's pose at the optical centre.
+/// A cloud in the sensor's frame; the robot's pose is at the optical centre.
 PosedObservation cloudScan(const World& world, const Eigen::Vector3d& origin, double yaw,
                            const std::vector<Eigen::Vector3d>& directions)
 {

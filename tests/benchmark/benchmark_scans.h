@@ -16,22 +16,22 @@ struct PosedObservation
   mrpt::poses::CPose3D robotPose;
 };
 
-/// A cell of which the truth is known.
+/// A cell whose truth is known.
 struct TrueCell
 {
   Eigen::Vector3d centre_map;
   bool occupied = false;
 };
 
-/// Scans to be inserted into several maps.
+/// Scans for insertion into several maps.
 struct ScanSeries
 {
   std::string name;
   double rangeMax_m = 0;
   bool planar = false;  ///< of a sensor that sees a plane
   std::vector<PosedObservation> scans;
-  /// Cells of 0.1 m of the world: free ones lie wholly in the open, occupied ones hold a surface. What lies
-  /// deeper in walls is not listed.
+  /// Cells of 0.1 m: free ones are wholly in open space, occupied ones contain a surface. Cells deeper in
+  /// walls are not listed.
   std::vector<TrueCell> truth;
 };
 

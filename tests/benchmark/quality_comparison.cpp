@@ -1,5 +1,5 @@
-// Maps worlds whose truth is known with our maps and with MRPT's COctoMap and prints how well each knows it.
-// Cells that a map has not observed count as P(occupied) = 0.5. Fails if ours is not the better one.
+// Builds our maps and MRPT's COctoMap of worlds whose truth is known, and prints the scores of each. Cells
+// that a map has not observed count as P(occupied) = 0.5. Fails if ours is not better.
 #include <lamap_core/metrics/metrics.h>
 #include <lamap_mrpt/maps/CBGKMap.h>
 #include <mrpt/maps/COctoMap.h>

@@ -47,7 +47,7 @@ std::vector<Cell> randomCells(unsigned seed, size_t count = 200)
   return cells;
 }
 
-// Four cells: free .1, occupied .35, free .4, occupied .8. Of the four pairs one is the wrong way round.
+// Four cells: free .1, occupied .35, free .4, occupied .8. One of the four pairs is in the wrong order.
 const std::vector<Cell> kFour{{0.1, false}, {0.35, true}, {0.4, false}, {0.8, true}};
 
 TEST(Metrics, MatchHandWorkedScoresOfFourCells)
@@ -234,7 +234,7 @@ TEST(MetricsProperty, RankScoresDependOnTheOrderOfProbabilitiesAlone)
     EXPECT_DOUBLE_EQ(*areaUnderRoc(ranked(cells)), *areaUnderRoc(ranked(squared)));
     EXPECT_DOUBLE_EQ(*averagePrecision(ranked(cells)), *averagePrecision(ranked(squared)));
     EXPECT_NE(*brierScore(ranked(cells)), *brierScore(ranked(squared)));
-    // Occupied and free are alike for these.
+    // Occupied and free are symmetric for these.
     EXPECT_NEAR(*areaUnderRoc(ranked(cells)), *areaUnderRoc(ranked(swapped)), 1e-12);
     EXPECT_NEAR(*logLoss(ranked(cells)), *logLoss(ranked(swapped)), 1e-12);
     EXPECT_NEAR(*brierScore(ranked(cells)), *brierScore(ranked(swapped)), 1e-12);
@@ -259,7 +259,7 @@ TEST(MetricsProperty, ProperScoresAreLeastForTheTrueShareAndCalibrationErrorIsZe
   }
 }
 
-// Debian's Python, for which python3-sklearn is made, whatever else stands first in PATH.
+// Debian's Python, which python3-sklearn is for, whatever comes first in PATH.
 const std::string kPython = "/usr/bin/python3";
 
 TEST(Metrics, AgreeWithScikitLearn)

@@ -1,4 +1,4 @@
-// Settings without effect: the tables say which they are, whoever sets one is told, and the map is the same.
+// Settings without effect: the tables define them, setting one gives a warning, and the map stays the same.
 #include <gtest/gtest.h>
 #include <lamap_mrpt/maps/CBGKMap.h>
 #include <lamap_mrpt/maps/CGPMap.h>
@@ -18,7 +18,7 @@ using lamap::CHilbertMap;
 using lamap::COverlappingHilbertMap;
 using namespace lamap::test;
 
-/// A setting and others beside which it has no effect.
+/// A setting and others in combination with which it has no effect.
 struct Idle
 {
   std::string name;
@@ -77,7 +77,7 @@ std::vector<Idle> idleSettings<COverlappingHilbertMap>()
   return all;
 }
 
-/// The cells of a map made and taught with settings, and what that said to people.
+/// The cells of a map built with settings, and the messages printed.
 template <typename Map>
 std::pair<Cells, std::string> cellsAndWarnings(const Settings& settings)
 {
@@ -138,7 +138,7 @@ TYPED_TEST(IdleSettings, AreNotWhatAPresetOrASavedFileSays)
     definition.saveToConfigFile(saved, "map_x_00");
     typename TypeParam::TMapDefinition again;
     testing::internal::CaptureStderr();
-    // MRPT pads names in memory; as text they are read right.
+    // MRPT pads names in memory; read from text, they are right.
     again.loadFromConfigFile(mrpt::config::CConfigFileMemory(saved.getContent()), "map_x_00");
     std::cerr.flush();
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");

@@ -16,7 +16,7 @@
 
 #include "small_maps.h"
 
-// Maps as configurations make them, of any class.
+// Maps of any class, created from configurations.
 namespace lamap::test
 {
 using Settings = std::vector<std::pair<std::string, std::string>>;  ///< "section.key", text
@@ -51,7 +51,7 @@ Map made(const Settings& settings = {}, const std::string& name = aliasOf<Map>()
 
 inline const mrpt::poses::CPose3D kSecondPose(0.3, 0.2, 0.1, 0.5, 0.02, -0.03);
 
-/// Two scans: one by its rays, one as an observation.
+/// Two scans: one as rays, one as an observation.
 template <typename Map>
 void teach(Map& map)
 {

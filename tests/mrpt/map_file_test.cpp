@@ -26,7 +26,7 @@
 
 namespace lamap::test
 {
-/// A map that keeps its content as this library's maps do: in one payload.
+/// A map that stores its content like this library's maps: in one payload.
 class CPayloadMap : public mrpt::maps::CMetricMap
 {
   DEFINE_SERIALIZABLE(CPayloadMap, lamap::test)
@@ -141,7 +141,7 @@ std::string errorOf(const Action& action)
     EXPECT_NE(errorText.find(part), std::string::npos) << "it says: " << errorText; \
   } while (false)
 
-/// Files larger than the limit fail with EFBIG: like a full disk, and needs no privileges.
+/// Writing files beyond the limit fails with EFBIG: like a full disk, without privileges.
 class FileSizeLimit
 {
  public:
@@ -166,7 +166,7 @@ class FileSizeLimit
   void (*handler_)(int);
 };
 
-/// A disk of 64 KiB; isMounted() is false where that is not allowed.
+/// A disk of 64 KiB; isMounted() is false if mounting is not allowed.
 class TinyDisk
 {
  public:
@@ -617,8 +617,8 @@ TEST(MapFile, NoticesEveryFlippedBit)
       EXPECT_NE(std::string(error.what()).find("'" + path + "'"), std::string::npos) << error.what();
     }
   }
-  // In gzip's header, time, compression, system and "is text" (49 bits) say nothing of the content; nor does
-  // the filling of its last byte (7 bits at most).
+  // In gzip's header, time, compression, system and "is text" (49 bits) do not concern the content; nor does
+  // the padding of its last byte (at most 7 bits).
   EXPECT_LE(harmless, 56u);
 }
 
@@ -692,7 +692,7 @@ TEST(MapFile, NamesDamageOfTheContentBehindARightGzip)
 
   putGzip(folder.at("short.gz"), archived(payloadMap(1000)).substr(0, 500));
   EXPECT_ERROR(loadMapFile(folder.at("short.gz")), "the map's content is truncated");
-  // A class of MRPT's own, cut: whatever MRPT says of it, it is an error and names the file.
+  // One of MRPT's own classes, truncated: whatever MRPT reports, it is an error that names the file.
   putGzip(folder.at("points.gz"), archived(somePoints()).substr(0, 60));
   EXPECT_ERROR(loadMapFile(folder.at("points.gz")), "points.gz'");
 }

@@ -17,7 +17,7 @@ using mrpt::maps::CSimplePointsMap;
 using mrpt::poses::CPose2D;
 using mrpt::poses::CPose3D;
 
-/// An L of single occupied cells, and a free cell that counts for nothing.
+/// An L of single occupied cells, and a free cell that must not count.
 CBGKMap corner()
 {
   CBGKMap map;
@@ -59,7 +59,7 @@ TEST(Matching, ThePointsFollowTheMapAndItsThresholds)
   EXPECT_EQ(map.getAsSimplePointsMap()->size(), 22u);
 }
 
-/// Brute force by the meaning of TMatchingParams; angles and decimation included.
+/// Brute force from the definition of TMatchingParams, including angles and decimation.
 size_t pairsByBruteForce(const CBGKMap& map, const CSimplePointsMap& others, const CPose3D& pose,
                          const mrpt::maps::TMatchingParams& params, bool flat)
 {
@@ -165,8 +165,8 @@ TEST(Matching, TheRatioTakesPointsLearnedMapsAndWholeMultiMaps)
   params.maxDistForCorr = 0.05f;
   EXPECT_FLOAT_EQ(map.compute3DMatchingRatio(&map, CPose3D(), params), 1.0f);
   EXPECT_FLOAT_EQ(map.compute3DMatchingRatio(map.getAsSimplePointsMap(), CPose3D(), params), 1.0f);
-  // Moved by 0.3 m along x: of 21 points the ten others of the row along x still lie on cells, and one of the
-  // column.
+  // Moved by 0.3 m along x: of the 21 points, the other ten of the row along x are still on cells, and one of
+  // the column.
   EXPECT_NEAR(map.compute3DMatchingRatio(&map, CPose3D(0.3, 0, 0, 0, 0, 0), params), 10.0 / 21.0, 1e-5);
   EXPECT_FLOAT_EQ(map.compute3DMatchingRatio(&map, CPose3D(0, 0, 5, 0, 0, 0), params), 0.0f);
 
@@ -180,7 +180,7 @@ TEST(Matching, TheRatioTakesPointsLearnedMapsAndWholeMultiMaps)
   withPoints.maps.push_back(far);
   EXPECT_FLOAT_EQ(map.compute3DMatchingRatio(&withPoints, CPose3D(), params), 0.0f)
       << "its points map comes first";
-  // As map-partition does: each of two multi-maps asks its own maps for the ratio to the other.
+  // As in map-partition: each of two multi-maps asks its own maps for the ratio to the other.
   EXPECT_GT(withLearned.compute3DMatchingRatio(&withLearned, CPose3D(), params), 0.0f);
 }
 

@@ -7,8 +7,8 @@
 
 #include <vector>
 
-// The branches for newer versions of MRPT are compiled and run here by stand-ins that have those versions'
-// members.
+// The branches for newer versions of MRPT are compiled and run here with substitutes that have those
+// versions' members.
 namespace
 {
 namespace compat = lamap::compat;

@@ -55,7 +55,7 @@ void expectSameCells(const CBGKMap& map, const CBGKMap& expected)
   }
 }
 
-/// Maps of every kind that files hold differently.
+/// Maps of every kind that has its own file content.
 std::vector<CBGKMap> maps()
 {
   std::vector<CBGKMap> all;
@@ -71,7 +71,7 @@ std::vector<CBGKMap> maps()
         CBGKMap map(options);
         map.insertScan(smallScan());
         map.insertObservation(roomScan(), mrpt::poses::CPose3D(-20, -30, -0.2, 1, 0.1, 0));
-        // Counts beyond 32 bits, and octants that are held once.
+        // Counts beyond 32 bits, and octants stored once.
         for (int i = 0; i < 13; ++i)
         {
           map.insertionOptions.kernelScale = 1000;
@@ -212,7 +212,7 @@ TEST(Serialization, AFailedLoadLeavesTheMapAsItWas)
   EXPECT_EQ(bytesOf(map), before);
 }
 
-/// The map of the golden file: a fixed scan with fixed options, none of them left to a default that may
+/// The map of the golden file: a fixed scan with fixed options, none of which is left to a default that may
 /// change.
 CBGKMap goldenMap()
 {

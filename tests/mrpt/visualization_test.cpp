@@ -15,7 +15,7 @@ using mrpt::opengl::COctoMapVoxels;
 using mrpt::opengl::VOXEL_SET_FREESPACE;
 using mrpt::opengl::VOXEL_SET_OCCUPIED;
 
-/// A solid block of 4 × 4 × 4 occupied cells, of differing evidence, and a free one above it.
+/// A solid block of 4 × 4 × 4 occupied cells with different evidence, and a free cell above it.
 CBGKMap solid()
 {
   CBGKMap map;
@@ -97,7 +97,7 @@ TEST(Visualization, ATurnedOffSetIsMadeButHidden)
   EXPECT_FALSE(voxels->areVoxelsVisible(VOXEL_SET_OCCUPIED));
 }
 
-/// All that a viewer gets.
+/// Everything that a viewer receives.
 std::string looksOf(const CBGKMap& map)
 {
   const auto voxels = viewOf(map);

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-/** BGK inference by brute force, written from the thesis's equations and the options' definitions alone.
+/** BGK inference by brute force, written only from the thesis's equations and the options' definitions.
  *
- * Nothing of the library's inference is used, only its option and scan types: every training point is weighed
- * against every cell around it with the formulas of the kernels as printed, and summed in long double.
+ * Of the library, it uses only the types of options and scans: the contribution of every training point to
+ * every cell around it is computed with the kernels' formulas as printed, and summed in long double.
  */
 namespace lamap::test
 {
@@ -35,13 +35,13 @@ struct FreeLine
 
 using Cell = std::array<int64_t, 3>;
 
-/// What a scan says, point by point [m]. In a planar map all have the height of the layer's middle.
+/// A scan's training points [m]. In a planar map all have the height of the layer's middle.
 struct TrainingSet
 {
   std::vector<Eigen::Vector3d> hits_map;
   std::vector<Eigen::Vector3d> frees_map;
   std::vector<FreeLine> lines;
-  std::map<Cell, uint32_t> rawHits;  ///< by the cell they lie in
+  std::map<Cell, uint32_t> rawHits;  ///< by cell
   RayCounts counts;
 };
 
@@ -52,7 +52,7 @@ struct OracleEvidence
 {
   double occupied = 0;
   double free = 0;
-  /// Is a training point strictly within the support? `Maybe`: so near to it that rounding decides.
+  /// Is a training point strictly within the support? `Maybe`: so close to its edge that rounding decides.
   enum class Reach : uint8_t
   {
     No,
@@ -63,7 +63,7 @@ struct OracleEvidence
   Reach freeReach = Reach::No;
 };
 
-/// One scan's evidence in a box of cells that holds everything within the support.
+/// One scan's evidence in a box of cells that contains everything within the support.
 class OracleField
 {
  public:
@@ -112,7 +112,7 @@ struct Comparison
   [[nodiscard]] bool agrees() const { return firstDifference.empty(); }
 };
 
-/** Compares every cell of the map with the sum of the scans' fields: values within 1e-6 a scan, evidence
+/** Compares every cell of the map with the sum of the scans' fields: values within 1e-6 per scan, evidence
  * exactly where the oracle has a training point within the support, α and β with the map's prior. */
 Comparison compare(const BgkMap& map, const std::vector<OracleField>& scans);
 

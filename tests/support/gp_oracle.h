@@ -8,8 +8,9 @@
 #include <string>
 #include <vector>
 
-/** Gaussian process occupancy maps by dense algebra, written from the thesis's equations and the options'
- * definitions alone: matrices are inverted by Gaussian elimination in long double, no factor is shared. */
+/** Gaussian process occupancy maps by dense algebra, written only from the thesis's equations and the
+ * options' definitions: matrices are inverted by Gaussian elimination in long double, and no factor is
+ * shared. */
 namespace lamap::test
 {
 /// Thesis eq. (2.24).
@@ -53,7 +54,7 @@ class OracleGp
   Vector labels_;
 };
 
-/// What a scan teaches a GP map. In a planar map all points have the height of the layer's middle.
+/// A scan's training points for a GP map. In a planar map all have the height of the layer's middle.
 OraclePoints gpTrainingSetOf(const Scan& scan, const GpStructure& structure, const GpInference& inference);
 
 /// Sums of one scan in one cell.
@@ -61,16 +62,17 @@ struct GpSums
 {
   long double precision = 0;  ///< Σ(1/σ² − 1/σ_f²)
   long double weighted = 0;   ///< Σ μ/σ²
-  /// A training point is strictly within the support; or so near to that that rounding decides.
+  /// Whether a training point is strictly within the support, or so close to its edge that rounding decides.
   bool reached = false;
   bool undecided = false;
 };
 
-/// One scan's sums wherever a cell may be reached, block by block. Of options whose maxPoints is not met.
+/// One scan's sums for all cells that may be reached, block by block, for options whose maxPoints is not
+/// reached.
 std::map<Cell, GpSums> gpSumsOf(const Scan& scan, const GpStructure& structure, const GpInference& inference);
 
-/// Compares every cell of a map of these scans (GpFusion::Bcm): sums within 1e-6 a scan, evidence exactly
-/// where it is reached. @return empty if the map agrees
+/// Compares every cell of a map of these scans (GpFusion::Bcm): sums within 1e-6 per scan, evidence exactly
+/// where the oracle has some. @return empty if the map agrees
 std::string differenceFromOracle(const GpMap& map, const std::vector<Scan>& scans,
                                  const GpInference& inference);
 

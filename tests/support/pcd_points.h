@@ -9,10 +9,10 @@
 
 namespace lamap::test
 {
-/// The folder of measuring data from the environment variable LAMAP_DATA; nothing where it is not set.
+/// The folder with measured data, from the environment variable LAMAP_DATA; empty if it is not set.
 std::optional<std::string> dataFolder();
 
-/** Points of a binary PCD file whose fields are x y z intensity as 32-bit floats, nothing else.
+/** Points of a binary PCD file whose fields are exactly x y z intensity as 32-bit floats.
  * @throws std::runtime_error naming the file. */
 std::vector<Eigen::Vector3d> readPcdPoints(const std::string& path);
 

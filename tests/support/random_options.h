@@ -12,7 +12,7 @@ const std::vector<TrainingPoints> kAllTrainingPoints{TrainingPoints::Cells, Trai
 const std::vector<KernelShape> kAllKernels{KernelShape::Sparse, KernelShape::SparseMatern32,
                                            KernelShape::WendlandC2};
 
-/// Legal options of every kind; lengths fit a world of some ten cells.
+/// Random legal options; lengths suit a world of about ten cells.
 inline BgkInference randomInference(Random& random, double resolution_m)
 {
   BgkInference inference;

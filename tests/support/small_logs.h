@@ -23,7 +23,7 @@ inline mrpt::Clock::time_point at(double seconds)
   return mrpt::Clock::fromDouble(1e9 + seconds);
 }
 
-/// A laser scan of nine rays; their ranges differ by the time so that scans differ.
+/// A laser scan of nine rays; ranges depend on the time, so that scans differ.
 inline mrpt::obs::CObservation2DRangeScan::Ptr laser(mrpt::Clock::time_point time, float range = 2)
 {
   auto scan = mrpt::obs::CObservation2DRangeScan::Create();
@@ -79,7 +79,7 @@ inline mrpt::obs::CSensoryFrame::Ptr frame(const std::vector<mrpt::obs::CObserva
   return all;
 }
 
-/// Writes objects one after the other, gzip-compressed or plain.
+/// Writes a sequence of objects, gzip-compressed or plain.
 inline void writeLog(const std::string& path, const Objects& objects, bool compressed = true)
 {
   const auto writeTo = [&](mrpt::io::CStream& stream)

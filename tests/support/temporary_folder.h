@@ -9,7 +9,7 @@
 
 namespace lamap::test
 {
-/// A new empty folder that goes with this object.
+/// A new empty folder, removed together with this object.
 class TemporaryFolder
 {
  public:
@@ -38,7 +38,7 @@ class TemporaryFolder
     return *this / name;
   }
 
-  /// How many entries it has.
+  /// Number of its entries.
   [[nodiscard]] size_t size() const
   {
     return static_cast<size_t>(std::distance(std::filesystem::directory_iterator(path_), {}));

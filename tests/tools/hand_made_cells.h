@@ -9,13 +9,13 @@
 
 namespace lamap::test
 {
-/// A map that holds exactly the cells that a test puts in, so that what is read out of it is known by hand.
+/// A map with exactly the cells that a test adds, so that expected results are known by hand.
 class HandMadeCells : public tools::CellMap
 {
  public:
   explicit HandMadeCells(double resolution_m = 0.1) : resolution_m_(resolution_m) {}
 
-  /// Evidence is made from the probability: alpha = 10 p, beta = 10 (1 − p).
+  /// Evidence follows from the probability: alpha = 10 p, beta = 10 (1 − p).
   HandMadeCells& put(const CellIndex& cell, double prob, CellState state,
                      std::optional<double> variance = std::nullopt)
   {
@@ -40,7 +40,7 @@ class HandMadeCells : public tools::CellMap
     return std::nullopt;
   }
 
-  /// In the order in which they were put in.
+  /// In the order in which they were added.
   void visitCells(const CellVisitor& visitor) const override
   {
     for (const auto& [cell, estimate] : cells_) visitor(cell, estimate);

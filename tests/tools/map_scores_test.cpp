@@ -96,7 +96,7 @@ TEST(ScoreMap, ATruthOfSmallerCellsIsAskedAtItsCentresAndThatIsSaid)
   EXPECT_NE(scores.notes[0].find("resampled"), std::string::npos);
 }
 
-// Of the cell [0, 0.2)³ two parts are observed, (0,0,0) and (1,0,0); the other one is not at all.
+// Two parts of the cell [0, 0.2)³ are observed, (0,0,0) and (1,0,0); the other cell is not observed at all.
 TEST(ScoreMap, ATruthOfLargerCellsCountsAsItsParts)
 {
   const MapScores scores = score(threeCells(), "0.1,0.1,0.1,1\n0.1,0.3,0.3,0\n");

@@ -15,7 +15,7 @@ namespace
 using namespace lamap::tools;
 using lamap::test::TemporaryFolder;
 
-/// What is said against a request, and whether as wrong usage.
+/// The message that refuses a request, and whether it counts as wrong usage.
 struct Refusal
 {
   std::string text;
@@ -95,7 +95,7 @@ TEST(Settings, MistypedOnesNameWhatIsWrongAndTheNearestRightOne)
     expectRefusal({"bgkMap", "", {bad}}, true, {bad, "section.key=value"});
 }
 
-// MRPT's loaders take all of these without a word.
+// MRPT's loaders silently accept all of these.
 TEST(Settings, OfMrptsOwnMapsAreJudgedToo)
 {
   expectRefusal({"octoMap", "", {"insertOpts.maxrnge=3"}}, true, {"maxrnge", "maxrange"});

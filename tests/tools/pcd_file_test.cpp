@@ -29,7 +29,7 @@ std::string header(const std::string& fields, const std::string& data, size_t po
          "\nDATA " + data + "\n";
 }
 const std::string kXyz = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
-/// Other fields among them, of other types, one of three elements; z before x.
+/// With other fields in between, of other types, one with three elements; z before x.
 const std::string kMixed = "FIELDS z label x normal y\nSIZE 8 2 4 4 4\nTYPE F U F F I\nCOUNT 1 1 1 3 1\n";
 
 std::string mixedPoint(double z, float x, int32_t y)
@@ -148,7 +148,7 @@ TEST_F(PcdFile, RefusesWhatContradictsItself)
   EXPECT_TRUE(complains(huge, "impossibly large"));
 }
 
-// Cut anywhere, it is refused, never read as a smaller cloud.
+// Truncated anywhere, it is refused, never read as a smaller cloud.
 TEST_F(PcdFile, RefusesEveryCut)
 {
   const std::string whole = header(kMixed, "binary") + mixedPoint(3.25, 1.5F, -2) + mixedPoint(-1, 0, 70000);

@@ -56,7 +56,7 @@ TEST(PoseTrack, TurnsTheShorterWay)
   expectSamePose(*track.at(at(0.5)), CPose3D(0, 0, 0, kPi, 0, 0), 1e-9);
 }
 
-// A turn about an axis that is none of x, y, z: yaw, pitch and roll interpolated one by one would differ.
+// A turn about an axis other than x, y or z: interpolating yaw, pitch and roll separately would differ.
 TEST(PoseTrack, InterpolatesRotationsOnTheSphere)
 {
   const CPose3D turned(0, 0, 0, kPi / 2, 0, kPi / 2);  // 120 degrees about (1, 1, 1)

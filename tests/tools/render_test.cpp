@@ -17,7 +17,7 @@ using mrpt::img::CImage;
 using mrpt::img::TColor;
 using test::HandMadeCells;
 
-/// How often each colour stands in a picture.
+/// Number of pixels of each colour in a picture.
 using Colors = std::map<std::tuple<int, int, int>, size_t>;
 
 Colors colorsOf(const CImage& picture)
@@ -32,7 +32,7 @@ Colors colorsOf(const CImage& picture)
   return colors;
 }
 
-/// A room of ten by six cells: a floor that is free, walls eight cells high.
+/// A room of ten by six cells: a free floor, walls eight cells high.
 HandMadeCells room()
 {
   HandMadeCells map(0.5);
@@ -170,7 +170,7 @@ TEST(Render, ABoxFramesDifferentMapsAlike)
   options.box_map->min = {-0.5, -0.5, 0};
   options.box_map->max = {5.5, 3.5, 4};
   EXPECT_EQ(colorsOf(drawMap(room(), options)), colorsOf(drawMap(more, options)));
-  // What lies outside of it is left out.
+  // Cells outside it are omitted.
   HandMadeCells outside = room();
   for (int x = 60; x < 64; ++x) outside.put({x, 10, 1}, 0.9, CellState::Occupied);
   for (int z = 45; z < 50; ++z) outside.put({20, 20, z}, 0.9, CellState::Occupied);
@@ -187,7 +187,7 @@ TEST(Render, ABoxFramesDifferentMapsAlike)
   slice.box_map = options.box_map;
   slice.z_m = 4.5;
   EXPECT_THROW((void)drawMap(room(), slice), UsageError);
-  // It may reach beyond the map, and its heights set the colours.
+  // It may extend beyond the map, and its heights set the colours.
   options.box_map->max.z = 8;
   EXPECT_NE(colorsOf(drawMap(more, options)), colorsOf(drawMap(room(), sized(View::Top))));
   for (const double bad : {-0.5, -1.0, std::nan(""), 1e9})

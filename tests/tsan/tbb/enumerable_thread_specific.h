@@ -10,9 +10,9 @@
 
 namespace tbb
 {
-/** One T for each thread of a parallel_for that asks, made by the function given.
+/** One T for each thread of a parallel_for that asks for it, made by the given function.
  *
- * Has no lock: one would order the bodies of different threads, which TBB does not promise.
+ * Has no lock, which would order the bodies of different threads, unlike TBB.
  */
 template <typename T>
 class enumerable_thread_specific
@@ -54,7 +54,7 @@ class enumerable_thread_specific
     return *slot;
   }
 
-  /// To be used when no other thread works any more.
+  /// Only for use once all other threads have finished.
   iterator begin() { return {slots_, 0}; }
   iterator end() { return {slots_, kMostThreads}; }
 

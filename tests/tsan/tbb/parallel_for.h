@@ -14,8 +14,8 @@ namespace tbb
 {
 namespace detail
 {
-/// Runs chunk(0) ... chunk(chunks - 1) on several threads, this one included, and waits; the first exception
-/// is thrown on. Chunks are dealt by a relaxed counter, which orders nothing: only the start and the join do.
+/// Runs chunk(0) ... chunk(chunks - 1) on several threads, including this one, and waits; rethrows the first
+/// exception. A relaxed counter hands out the chunks and orders nothing: only the start and the join do.
 template <typename Chunk>
 void forkAndJoin(size_t chunks, const Chunk& chunk)
 {

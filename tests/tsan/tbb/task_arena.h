@@ -7,14 +7,14 @@ namespace tbb
 {
 namespace detail
 {
-/// How many threads a parallel_for of this thread may use. Two at least: races do not wait for a second core.
+/// Number of threads for a parallel_for of this thread. At least two, so that races show on a single core.
 inline int& concurrency()
 {
   thread_local int threads = static_cast<int>(std::thread::hardware_concurrency()) + 1;
   return threads;
 }
 
-/// Which of the threads of the innermost parallel_for this one is.
+/// The number of this thread within the innermost parallel_for.
 inline size_t& workerNumber()
 {
   thread_local size_t number = 0;
@@ -34,7 +34,7 @@ class NumberedWorker
 };
 }  // namespace detail
 
-/// Bounds the number of threads of every parallel_for within execute().
+/// Limits the number of threads of every parallel_for within execute().
 class task_arena
 {
  public:
