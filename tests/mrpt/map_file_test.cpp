@@ -188,8 +188,7 @@ class TinyDisk
   bool mounted_ = false;
 };
 
-// ---------------------------------------------------------------------------------------------------- byte
-// stream
+// ---- Byte stream ----
 
 TEST(ByteStream, ReadsWhatWasWritten)
 {
@@ -251,8 +250,7 @@ TEST(ByteStream, RefusesToReadBeyondTheEnd)
   EXPECT_ERROR(yesNo.number<bool>(), "neither 0 nor 1");
 }
 
-// --------------------------------------------------------------------------------------------------------
-// payload
+// ---- Payload ----
 
 /// Bytes in memory that are read at most `step` at a time, as a socket or a damaged disk would.
 class StepArchive : public mrpt::serialization::CArchive
@@ -346,8 +344,7 @@ TEST(Payload, FalseLengthCostsNoMemory)
   EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 * 1024) << "KiB more than before";
 }
 
-// -----------------------------------------------------------------------------------------------------
-// AtomicFile
+// ---- AtomicFile ----
 
 TEST(AtomicFile, AppearsOnlyWhenCommitted)
 {
@@ -500,8 +497,7 @@ TEST(AtomicFile, NoticesAFullDiskThatMrptsStreamsSwallow)
   EXPECT_NO_THROW(lamap::writeFileAtomically(folder.at("disk/scene"), std::string(50000, 'x')));
 }
 
-// ------------------------------------------------------------------------------------------------------ map
-// files
+// ---- Map files ----
 
 mrpt::maps::CSimplePointsMap somePoints()
 {

@@ -1,9 +1,9 @@
 #pragma once
 
-/** The one header that knows MRPT's versions: 2.5 (Debian 12), 2.14 (Debian 13), 2.15.
+/** The only header that knows MRPT's versions: 2.5 (Debian 12), 2.14 (Debian 13), 2.15.
  *
- * Differences are detected by what a version has, not by its number, whose form changed too. Only what our
- * code needs stands here.
+ * Differences are detected by features, not by the version number, whose format also changed. Contains only
+ * what our code needs.
  */
 
 #include <mrpt/core/exceptions.h>
@@ -23,7 +23,7 @@
 // factories that return shared pointers.
 #if __has_include(<mrpt/maps/NearestNeighborsCapable.h>)
 #define LAMAP_MRPT_SINCE_2_11_3 1
-/// For methods that override one of CMetricMap since MRPT 2.11.3 and stand alone before.
+/// For methods that override one of CMetricMap since MRPT 2.11.3 but not before.
 #define LAMAP_OVERRIDE_SINCE_2_11_3 override
 #include <mrpt/maps/NearestNeighborsCapable.h>
 #else
@@ -50,7 +50,7 @@ using CreatedMap = mrpt::maps::CMetricMap*;
 #endif
 }
 
-/// What an exception says, without the source lines and call stack that MRPT's exceptions add to it.
+/// An exception's message, without the source lines and call stack that MRPT adds to it.
 [[nodiscard]] std::string messageOf(const std::exception& error);
 
 namespace detail
@@ -85,14 +85,14 @@ struct CanBeExternallyStored<T, std::void_t<decltype(std::declval<const T&>().is
 };
 }  // namespace detail
 
-/// One pose of a simple map and what was seen from it.
+/// One pose of a simple map and the observations from it.
 struct Keyframe
 {
   mrpt::poses::CPose3DPDF::ConstPtr pose;
   mrpt::obs::CSensoryFrame::ConstPtr frame;
 };
 
-/// The i-th keyframe of a simple map: a pair in MRPT 2.5, a struct with a twist too since 2.11.
+/// The i-th keyframe of a simple map: a pair in MRPT 2.5, a struct that also has a twist since 2.11.
 template <typename SimpleMap = mrpt::maps::CSimpleMap>
 [[nodiscard]] Keyframe keyframeAt(const SimpleMap& map, std::size_t index)
 {
@@ -108,7 +108,7 @@ template <typename SimpleMap = mrpt::maps::CSimpleMap>
   }
 }
 
-/// CObservationRotatingScan stays in memory in MRPT 2.5 and may be stored externally later on.
+/// CObservationRotatingScan is always in memory in MRPT 2.5, and may be stored externally in later versions.
 template <typename Rotating = mrpt::obs::CObservationRotatingScan>
 [[nodiscard]] bool isExternallyStored([[maybe_unused]] const Rotating& rotating)
 {
@@ -118,7 +118,7 @@ template <typename Rotating = mrpt::obs::CObservationRotatingScan>
     return false;
 }
 
-/// Whether a rotating scan carries, or may carry in external storage, its points (never in MRPT 2.5).
+/// Whether a rotating scan has its points, or may have them in external storage (never in MRPT 2.5).
 template <typename Rotating = mrpt::obs::CObservationRotatingScan>
 [[nodiscard]] bool hasOrganizedPoints([[maybe_unused]] const Rotating& rotating)
 {

@@ -31,8 +31,7 @@ bool same(const RangeLimits& a, const RangeLimits& b)
          a.decimation == b.decimation;
 }
 
-/// The stretch of a ray, in units of its direction, that lies within a box [m]; first > last if there is
-/// none.
+/// The part of a ray, in units of its direction, inside a box [m]; first > last if there is none.
 std::pair<double, double> stretchInBox(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                                        const Eigen::Vector3d& low, const Eigen::Vector3d& high)
 {
@@ -210,7 +209,7 @@ bool CLearnedMap::castRay(const mrpt::math::TPoint3D& origin, const mrpt::math::
   double last = maxRange > 0 ? maxRange : std::numeric_limits<double>::infinity();
   if (ignoreUnknownCells)
   {
-    // Nothing can be met outside the box of what was observed: without it the ray might never end.
+    // Limited to the box of observed cells: without it, the ray might never end.
     const auto box = observedBox();
     if (!box->any) return false;
     const Eigen::Vector3d margin = Eigen::Vector3d::Constant(resolution());
@@ -271,7 +270,7 @@ void CLearnedMap::saveMetricMapRepresentationToFile(const std::string& prefix) c
   sceneFile.commit();
 
   AtomicFile plyFile(prefix + ".ply");
-  // A copy: the exporter is not const.
+  // A copy, because the exporter is not const.
   mrpt::maps::CSimplePointsMap points = occupiedCells()->points();
   if (!points.saveToPlyFile(plyFile.temporaryPath(), true))
     throw std::runtime_error("cannot write " + prefix + ".ply: " + points.getSavePLYErrorString());
@@ -338,12 +337,13 @@ bool CLearnedMap::tally(const RayCounts& counts)
   const auto tellOnce = [&](size_t before, size_t now, const char* kind)
   {
     if (before == 0 && now > 0)
-      MRPT_LOG_WARN_STREAM(now << " rays of a scan are left out: " << kind << " (said once, counted on)");
+      MRPT_LOG_WARN_STREAM(now << " rays of a scan are ignored: " << kind
+                               << " (reported once; all are counted)");
   };
   tellOnce(tallied_.notFinite, counts.notFinite, "they are NaN or infinite");
   tellOnce(tallied_.outside, counts.outside, "they end beyond what cell indices can address");
   if (tallied_.tooNear == 0 && counts.tooNear > 0)
-    MRPT_LOG_INFO_STREAM(counts.tooNear << " rays of a scan are left out: nearer than the least range");
+    MRPT_LOG_INFO_STREAM(counts.tooNear << " rays of a scan are ignored: closer than the minimum range");
   tallied_ += counts;
   if (counts.used() == 0) return false;
   ++scansUsed_;
@@ -415,9 +415,9 @@ bool CLearnedMap::internal_insertObservation(const mrpt::obs::CObservation& obse
   }
   catch (const std::exception& error)
   {
-    // A SLAM program goes on with the next observation.
+    // A SLAM program should continue with the next observation.
     ++scansUnreadable_;
-    MRPT_LOG_ERROR_STREAM("an observation is left out: " << compat::messageOf(error));
+    MRPT_LOG_ERROR_STREAM("an observation is ignored: " << compat::messageOf(error));
   }
   if (!scan) return false;
   ScanPose pose;

@@ -28,12 +28,12 @@ struct EndPoints;
 class OccupiedCells;
 struct ObservedBox;
 
-/** What every learned occupancy map of this library gives, whatever its learner.
+/** Base of all learned occupancy maps of this library, whatever their learner.
  *
- * A learner implements learnScan(), the estimates, its options and its serialization; what MRPT asks of a
- * map follows from these here: likelihood, matching, ray casting, views and files.
+ * A learner implements learnScan(), the estimates, its options and its serialization. This class derives from
+ * them what MRPT expects of a map: likelihood, matching, ray casting, views and files.
  *
- * Thread guarantee: const methods may be called from several threads as long as nobody changes the map.
+ * Thread guarantee: const methods may be called from several threads as long as no thread modifies the map.
  */
 class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public mrpt::system::COutputLogger
 {
@@ -41,13 +41,13 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   /// Edge of a finest cell [m].
   [[nodiscard]] virtual double resolution() const = 0;
 
-  /// What the map says at a point of the map frame [m]; nothing where no evidence reaches.
+  /// The estimate at a point of the map frame [m]; empty where there is no evidence.
   [[nodiscard]] virtual std::optional<CellEstimate> estimateAt(
       const mrpt::math::TPoint3D& point_map) const = 0;
 
   using CellVisitor = std::function<void(const CellIndex&, const CellEstimate&)>;
-  /// Calls the visitor once for every finest cell that has evidence, pruned ones expanded; no order is
-  /// promised.
+  /// Calls the visitor once for every finest cell with evidence, with pruned ones expanded, in unspecified
+  /// order.
   virtual void visitCells(const CellVisitor& visitor) const = 0;
 
   /// Names of CellEstimate::evidence, in its order; one or two.
@@ -65,11 +65,12 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   };
   [[nodiscard]] virtual std::vector<Fact> facts() const = 0;
 
-  /// What the map holds in memory [bytes], with all indices, without what only speeds up the next scan.
+  /// Memory of the map's content [bytes], including all indices, without buffers that only speed up the next
+  /// scan.
   [[nodiscard]] virtual size_t memoryBytes() const = 0;
 
-  /// How many threads an insertion may use; 0 (the default): as many as the machine has. Never changes a
-  /// result.
+  /// Number of threads that an insertion may use; 0 (the default): as many as the machine has. Never changes
+  /// a result.
   void setThreadCount(unsigned threads) { threadCount_ = threads; }
   [[nodiscard]] unsigned threadCount() const { return threadCount_; }
 
@@ -87,47 +88,45 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
    * @throws std::invalid_argument if the insertion options are illegal. */
   bool insertScan(const Scan& scan, const ScanPose& pose = {});
 
-  /** As insertObservation(), at a pose that is not certain. Learners that take uncertain inputs use its
-   * covariance as their options say; the others its mean alone. */
+  /** As insertObservation(), at an uncertain pose. Learners that take uncertain inputs use its covariance as
+   * their options say; the others only its mean. */
   bool insertObservationAt(const mrpt::obs::CObservation& observation,
                            const mrpt::poses::CPose3DPDF& robotPose_map);
 
-  // ---- More that a learner gives
-  // -----------------------------------------------------------------------------------
+  // ---- Further members for a learner ----
 
-  /// What the map says of a cell; nothing where it has no evidence.
+  /// The estimate of a cell; empty if it has no evidence.
   [[nodiscard]] virtual std::optional<CellEstimate> estimateCell(const CellIndex& cell) const;
 
-  /// The one layer of cells of a map for 2D sensors, whatever the height of a point; nothing for a map in 3D.
+  /// The single layer of cells of a planar map, at all heights of a point; empty for a map in 3D.
   [[nodiscard]] virtual std::optional<int32_t> planarLayer() const { return std::nullopt; }
 
-  /// What makes a cell free or occupied, as the insertion options say now.
+  /// The thresholds for free and occupied cells, by the current insertion options.
   [[nodiscard]] virtual StateThresholds stateThresholds() const = 0;
 
-  /// Which rays the insertion options say are used now.
+  /// The rays that are used, by the current insertion options.
   [[nodiscard]] virtual RangeLimits rangeLimits() const = 0;
 
-  /** Tells the map that a cell is occupied or free, as one hit or one free point at its centre would.
+  /** Adds the evidence of one hit or one free point at the centre of a cell.
    * @throws std::invalid_argument if the point is beyond what cells can address. */
   virtual void updateVoxel(double x, double y, double z, bool occupied) = 0;
 
-  /** Calls the visitor for creationOpts, insertOpts, likelihoodOpts and renderOpts: as they hold for this
-   * map, lengths in cells resolved, and a new group of the same class, which the visitor may change. */
+  /** Calls the visitor for creationOpts, insertOpts, likelihoodOpts and renderOpts: with the map's options,
+   * lengths in cells resolved, and with a new group of the same class, which the visitor may change. */
   using VisitGroup = std::function<void(const TOptionGroup& now, TOptionGroup& untouched)>;
   virtual void visitOptionGroups(const VisitGroup& visit) const = 0;
 
   /// Every option of every group as text.
   [[nodiscard]] std::vector<OptionValue> optionValues() const;
 
-  /** Whether an option already is what a text says, e.g. "30" and "3e1" are the same.
-   * @param section "insertOpts", @param key "maxRange", in which case does not matter.
+  /** Whether an option already has the value that a text states; e.g. "30" and "3e1" are equal.
+   * @param section e.g. "insertOpts"; @param key e.g. "maxRange", not case-sensitive.
    * @throws std::invalid_argument if there is no such option (naming the nearest) or the text is not legal.
    */
   [[nodiscard]] bool optionIs(const std::string& section, const std::string& key,
                               const std::string& text) const;
 
-  // ---- Options
-  // -----------------------------------------------------------------------------------------------------
+  // ---- Options ----
 
   /** How well an observation fits the map at a pose, for particle filters: see end_point_likelihood.h. */
   struct TLikelihoodOptions : public TOptionGroup
@@ -144,7 +143,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   };
   TLikelihoodOptions likelihoodOptions;
 
-  /// What the cubes of a view are coloured by.
+  /// Quantity that colours the cubes of a view.
   enum class ColourBy
   {
     Height,
@@ -160,7 +159,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
     bool generateFreeVoxels = false;
     bool visibleFreeVoxels = true;
     bool generateGridLines = false;  ///< a wire box around the map's observed cells
-    bool hideBuriedVoxels = true;    ///< leave out occupied cells that no side can be seen of
+    bool hideBuriedVoxels = true;    ///< omit occupied cells without a visible side
     ColourBy colourBy = ColourBy::Height;
     double freeOpacity = 0.1;
 
@@ -168,42 +167,40 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   };
   TRenderingOptions renderingOptions;
 
-  // ---- As COctoMap
-  // -------------------------------------------------------------------------------------------------
+  // ---- As in COctoMap ----
 
   /// P(occupied) at a point [m]. @return false, leaving prob alone, where the map has no evidence.
   bool getPointOccupancy(float x, float y, float z, double& prob) const;
 
   /** Follows a ray from cell to cell to the first occupied one.
-   * @param direction of any length > 0. @param end centre of that cell, otherwise of the last one looked at.
-   * @param ignoreUnknownCells if false, a cell without evidence ends the ray; one that is undecided does not,
-   *        as there are always some before a wall.
-   * @param maxRange [m], cells that the ray enters farther away are not looked at; <= 0: no limit.
+   * @param direction of any length > 0. @param end centre of that cell, otherwise of the last one visited.
+   * @param ignoreUnknownCells if false, a cell without evidence ends the ray; one with evidence but an
+   * unknown state does not, because there are always some in front of a wall.
+   * @param maxRange [m], cells that the ray enters beyond it are not visited; <= 0: no limit.
    * @return whether an occupied cell was met; that of the origin counts. */
   bool castRay(const mrpt::math::TPoint3D& origin, const mrpt::math::TPoint3D& direction,
                mrpt::math::TPoint3D& end, bool ignoreUnknownCells = false, double maxRange = -1.0) const;
 
   /// Adds one ray with a return at its end [m].
   void insertRay(float end_x, float end_y, float end_z, float sensor_x, float sensor_y, float sensor_z);
-  /// Adds a scan: points in the map frame, and where their rays came from [m].
+  /// Adds a scan: points in the map frame, and the origin of their rays [m].
   void insertPointCloud(const mrpt::maps::CPointsMap& points, float sensor_x, float sensor_y, float sensor_z);
 
   /// The map as cubes; see TRenderingOptions.
   void getAsOctoMapVoxels(mrpt::opengl::COctoMapVoxels& voxels) const;
 
-  // ---- CMetricMap
-  // --------------------------------------------------------------------------------------------------
+  // ---- CMetricMap ----
 
   void getVisualizationInto(mrpt::opengl::CSetOfObjects& scene) const override;
 
-  /** Writes prefix.lamap.gz, prefix.3Dscene and prefix.ply (occupied cells), each whole or not at all.
+  /** Writes prefix.lamap.gz, prefix.3Dscene and prefix.ply (occupied cells), each completely or not at all.
    * @throws std::runtime_error naming the file and the reason. */
   void saveMetricMapRepresentationToFile(const std::string& prefix) const override;
 
-  /// One paragraph for people.
+  /// A description in one paragraph.
   std::string asString() const override;
 
-  /** Centres of the occupied cells in the order of z, y, x. Belongs to the map, until the map or its
+  /** Centres of the occupied cells in the order of z, y, x. Owned by the map; valid until the map or its
    * thresholds change. */
   const mrpt::maps::CSimplePointsMap* getAsSimplePointsMap() const override;
 
@@ -218,34 +215,35 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
                            mrpt::tfest::TMatchingPairList& correspondences,
                            const mrpt::maps::TMatchingParams& params,
                            mrpt::maps::TMatchingExtraResults& extraResults) const override;
-  /// Share of the other map's points that have an occupied cell near; 0 if it has no points.
+  /// Share of the other map's points with an occupied cell nearby; 0 if it has no points.
   float compute3DMatchingRatio(const mrpt::maps::CMetricMap* otherMap,
                                const mrpt::poses::CPose3D& otherMapPose,
                                const mrpt::maps::TMatchingRatioParams& params) const override;
-  /// In the plane, to the nearest centre of an occupied cell [m²]; the largest float if there is none.
+  /// Squared distance in the plane to the nearest centre of an occupied cell [m²]; the largest float if there
+  /// is none.
   float squareDistanceToClosestCorrespondence(float x0, float y0) const override;
 
-  /// Of all cells with evidence [m]; MRPT's empty box if there is none.
+  /// Box of all cells with evidence [m]; MRPT's empty box if there are none.
   mrpt::math::TBoundingBoxf boundingBox() const LAMAP_OVERRIDE_SINCE_2_11_3;
 
   void auxParticleFilterCleanUp() override;
 
  protected:
   CLearnedMap() = default;
-  /// Observers of the other map do not watch the copy; what was derived from the other's cells is not copied.
+  /// Neither observers of the other map nor data derived from its cells are copied.
   CLearnedMap(const CLearnedMap& other);
   CLearnedMap& operator=(const CLearnedMap& other);
 
   /// Learns a scan. @return what became of its rays
   virtual RayCounts learnScan(const Scan& scan, const ScanPose& pose) = 0;
 
-  /// To be called after every change of cells.
+  /// Must be called after every change of cells.
   void contentChanged();
 
   /// The cell at a point [m]. @throws std::invalid_argument naming the caller and the point if there is none
   [[nodiscard]] CellIndex addressableCell(const char* caller, double x, double y, double z) const;
 
-  /// How many cells there are of each state. @param also called for each cell on the way
+  /// Number of cells in each state. @param also called for each cell during the count
   [[nodiscard]] std::vector<Fact> cellFacts(const CellVisitor& also = {}) const;
   [[nodiscard]] Fact memoryFact() const;
   /// What became of the scans of this session.
@@ -262,14 +260,14 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   bool internal_canComputeObservationLikelihood(const mrpt::obs::CObservation& observation) const override;
 
   std::shared_ptr<const mrpt::maps::CSimplePointsMap> cellsToSearch(bool plane) const override;
-  /// Counts what became of a scan's rays, and tells once of each kind that is left out. @return whether any
-  /// was used.
+  /// Counts a scan's rays by their use, and reports each kind of skipped ray once. @return whether any was
+  /// used.
   bool tally(const RayCounts& counts);
   [[nodiscard]] std::shared_ptr<const OccupiedCells> occupiedCells() const;
   [[nodiscard]] std::shared_ptr<const ObservedBox> observedBox() const;
 
   unsigned threadCount_ = 0;
-  /// Of the observation being inserted, while it is.
+  /// Pose of the observation that is being inserted.
   std::optional<mrpt::poses::CPose3DPDFGaussian> uncertainPose_;
   RayCounts tallied_;
   size_t scansUsed_ = 0;
