@@ -14,14 +14,14 @@ namespace lamap::app
 {
 namespace
 {
-struct Arguments
+struct BuildArguments
 {
   tools::BuildOptions build;
   LogArguments log;
   bool json = false;
 };
 
-int build(Arguments arguments)
+int build(BuildArguments arguments)
 {
   // The map that is gone on with may well be the one that is saved.
   tools::requireOwnPlaces({arguments.build.outPath},
@@ -53,7 +53,7 @@ int build(Arguments arguments)
 
 void addBuild(CLI::App& app, Action& action)
 {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<BuildArguments>();
   CLI::App* command = app.add_subcommand("build", "Make a map from logs, or go on with a saved one");
   tools::BuildOptions& options = arguments->build;
   command

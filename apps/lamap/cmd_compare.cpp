@@ -15,7 +15,7 @@ namespace lamap::app
 {
 namespace
 {
-struct Arguments
+struct CompareArguments
 {
   tools::CompareOptions compare;
   LogArguments log;
@@ -24,7 +24,7 @@ struct Arguments
   bool json = false;
 };
 
-void writeCurves(const Arguments& arguments, const tools::Comparison& comparison)
+void writeCurves(const CompareArguments& arguments, const tools::Comparison& comparison)
 {
   std::vector<tools::MapScores> scores;
   for (const tools::ComparedMap& map : comparison.maps)
@@ -33,7 +33,7 @@ void writeCurves(const Arguments& arguments, const tools::Comparison& comparison
   if (!arguments.calibration.empty()) tools::writeCalibration(scores, arguments.calibration);
 }
 
-int compare(Arguments arguments)
+int compare(CompareArguments arguments)
 {
   const tools::CompareOptions& options = arguments.compare;
   tools::requireOwnPlaces({options.pagePath, options.tablePath, arguments.roc, arguments.calibration},
@@ -60,7 +60,7 @@ int compare(Arguments arguments)
   return tellDamages(arguments.log, comparison.inputs);
 }
 
-void describeScores(CLI::App& command, Arguments& arguments)
+void describeScores(CLI::App& command, CompareArguments& arguments)
 {
   tools::CompareOptions& options = arguments.compare;
   auto* truth =
@@ -90,7 +90,7 @@ void describeScores(CLI::App& command, Arguments& arguments)
 
 void addCompare(CLI::App& app, Action& action)
 {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CompareArguments>();
   tools::CompareOptions& options = arguments->compare;
   CLI::App* command = app.add_subcommand(
       "compare", "Build several maps of one log: their quality, time and memory in one table, and pictures");

@@ -17,7 +17,7 @@ namespace lamap::app
 {
 namespace
 {
-struct Arguments
+struct EvalArguments
 {
   std::vector<std::string> maps;
   std::string truth;
@@ -29,7 +29,7 @@ struct Arguments
   bool json = false;
 };
 
-void writeCurves(const Arguments& arguments, const std::vector<tools::MapScores>& maps)
+void writeCurves(const EvalArguments& arguments, const std::vector<tools::MapScores>& maps)
 {
   if (!arguments.roc.empty()) tools::writeRocCurves(maps, arguments.roc);
   if (!arguments.calibration.empty()) tools::writeCalibration(maps, arguments.calibration);
@@ -42,7 +42,7 @@ nlohmann::ordered_json jsonOfMaps(const std::vector<tools::MapScores>& maps)
   return list;
 }
 
-int againstTruth(const Arguments& arguments)
+int againstTruth(const EvalArguments& arguments)
 {
   const tools::Truth truth = tools::readTruth(arguments.truth);
   std::vector<tools::MapScores> maps;
@@ -99,7 +99,7 @@ nlohmann::ordered_json jsonOf(const tools::HeldOutReport& report)
   return json;
 }
 
-int againstHeldOut(Arguments arguments)
+int againstHeldOut(EvalArguments arguments)
 {
   arguments.heldOut.thresholds = arguments.thresholds;
   prepareInputs(arguments.log, arguments.heldOut.inputs);
@@ -122,7 +122,7 @@ int againstHeldOut(Arguments arguments)
   return tellDamages(arguments.log, report.inputs);
 }
 
-int evaluate(const Arguments& arguments)
+int evaluate(const EvalArguments& arguments)
 {
   std::vector<std::string> read = arguments.maps;
   read.insert(read.end(), {arguments.truth, arguments.heldOut.map.configPath});
@@ -132,7 +132,7 @@ int evaluate(const Arguments& arguments)
   return arguments.truth.empty() ? againstHeldOut(arguments) : againstTruth(arguments);
 }
 
-void describeHeldOut(CLI::App& command, Arguments& arguments)
+void describeHeldOut(CLI::App& command, EvalArguments& arguments)
 {
   tools::HeldOutOptions& options = arguments.heldOut;
   auto* every =
@@ -159,7 +159,7 @@ void describeHeldOut(CLI::App& command, Arguments& arguments)
 
 void addEval(CLI::App& app, Action& action)
 {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<EvalArguments>();
   CLI::App* command =
       app.add_subcommand("eval", "Score maps against the truth, or a map against scans kept from it");
   auto* maps = command->add_option("maps", arguments->maps,

@@ -10,14 +10,14 @@ namespace lamap::app
 {
 void addExport(CLI::App& app, Action& action)
 {
-  struct Arguments
+  struct ExportArguments
   {
     std::string map;
     std::string out;
     std::string states;
     tools::ExportOptions options;
   };
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand("export", "Write a map for other programs; the extension says how");
   command->add_option("map", arguments->map, "A saved map (.lamap.gz), or OctoMap's .ot or .bt")->required();
   command

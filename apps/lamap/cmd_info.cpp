@@ -9,12 +9,12 @@ namespace lamap::app
 {
 void addInfo(CLI::App& app, Action& action)
 {
-  struct Arguments
+  struct InfoArguments
   {
     std::string map;
     bool json = false;
   };
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<InfoArguments>();
   CLI::App* command =
       app.add_subcommand("info", "Say what is in a map: class, cells, extent, evidence, every option");
   command->add_option("map", arguments->map, "A saved map (.lamap.gz), or OctoMap's .ot or .bt")->required();

@@ -11,7 +11,7 @@ namespace lamap::app
 {
 namespace
 {
-struct Arguments
+struct QueryArguments
 {
   std::string map;
   std::vector<std::string> at;
@@ -19,7 +19,7 @@ struct Arguments
   bool json = false;
 };
 
-int query(const Arguments& arguments)
+int query(const QueryArguments& arguments)
 {
   std::vector<mrpt::math::TPoint3D> points;
   for (const std::string& text : arguments.at) points.push_back(tools::parsePoint(text));
@@ -35,7 +35,7 @@ int query(const Arguments& arguments)
 
 void addQuery(CLI::App& app, Action& action)
 {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<QueryArguments>();
   CLI::App* command =
       app.add_subcommand("query", "Ask a map about points: probability, variance, state, evidence");
   command->add_option("map", arguments->map, "A saved map (.lamap.gz), or OctoMap's .ot or .bt")->required();

@@ -13,7 +13,7 @@ namespace lamap::app
 {
 namespace
 {
-struct Arguments
+struct RenderArguments
 {
   std::string map;
   std::string out;
@@ -22,7 +22,7 @@ struct Arguments
   tools::RenderOptions options;
 };
 
-void describeView(CLI::App& command, Arguments& arguments)
+void describeView(CLI::App& command, RenderArguments& arguments)
 {
   static const std::map<std::string, tools::View> kViews = {
       {"top", tools::View::Top}, {"slice", tools::View::Slice}, {"3d", tools::View::Perspective}};
@@ -61,7 +61,7 @@ void describeView(CLI::App& command, Arguments& arguments)
 
 void addRender(CLI::App& app, Action& action)
 {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<RenderArguments>();
   CLI::App* command = app.add_subcommand("render", "Draw a map into a PNG, without a display");
   command->add_option("map", arguments->map, "A saved map (.lamap.gz), or OctoMap's .ot or .bt")->required();
   command->add_option("-o,--output", arguments->out, "The picture, .png")->required();

@@ -20,14 +20,14 @@ namespace
 {
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
-struct Arguments
+struct SimulateArguments
 {
   tools::SimulateOptions options;
   double angleNoise_deg = 0;
   std::vector<double> poseNoise;  ///< m and degrees
 };
 
-int simulate(Arguments arguments)
+int simulate(SimulateArguments arguments)
 {
   tools::SimulateOptions& options = arguments.options;
   options.noise.angle_rad = arguments.angleNoise_deg * kDegree;
@@ -64,7 +64,7 @@ int simulate(Arguments arguments)
   return 0;
 }
 
-void describeNoise(CLI::App& command, Arguments& arguments)
+void describeNoise(CLI::App& command, SimulateArguments& arguments)
 {
   tools::SimulateOptions& options = arguments.options;
   const auto add = [&](const char* flag, double& number, const char* what)
@@ -84,7 +84,7 @@ void describeNoise(CLI::App& command, Arguments& arguments)
 
 void addSimulate(CLI::App& app, Action& action)
 {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command =
       app.add_subcommand("simulate", "Make a world whose truth is known, and a log of a sensor in it");
   tools::SimulateOptions& options = arguments->options;

@@ -15,13 +15,13 @@ namespace lamap::app
 {
 namespace
 {
-struct Arguments
+struct ThinArguments
 {
   tools::ThinOptions options;
   bool allowTruncated = false;
 };
 
-int thin(Arguments arguments)
+int thin(ThinArguments arguments)
 {
   tools::requireOwnPlaces({arguments.options.outPath}, {arguments.options.inPath});
   catchStopSignals();
@@ -46,7 +46,7 @@ int thin(Arguments arguments)
 
 void addThin(CLI::App& app, Action& action)
 {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ThinArguments>();
   CLI::App* command =
       app.add_subcommand("thin", "Write a log again as a sensor with fewer beams would have taken it");
   tools::ThinOptions& options = arguments->options;

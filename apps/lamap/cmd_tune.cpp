@@ -14,14 +14,14 @@ namespace lamap::app
 {
 namespace
 {
-struct Arguments
+struct TuneArguments
 {
   tools::TuneOptions tune;
   LogArguments log;
   bool json = false;
 };
 
-int tune(Arguments arguments)
+int tune(TuneArguments arguments)
 {
   tools::requireOwnPlaces({arguments.tune.outPath},
                           pathsRead(arguments.tune.inputs, {arguments.tune.map.configPath}));
@@ -47,7 +47,7 @@ int tune(Arguments arguments)
 
 void addTune(CLI::App& app, Action& action)
 {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<TuneArguments>();
   tools::TuneOptions& options = arguments->tune;
   CLI::App* command =
       app.add_subcommand("tune", "Search a map's options by how well scans of a log predict each other");

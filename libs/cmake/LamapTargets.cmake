@@ -22,6 +22,23 @@ function(lamap_configure_target target)
   endif()
 endfunction()
 
+# lamap_unite_rooms(target): compiles the sources of each room (a folder of the target) as one translation unit. They
+# include the same large headers, which take most of the time. LAMAP_UNITY_BUILD=OFF compiles each by itself.
+function(lamap_unite_rooms target)
+  if(NOT LAMAP_UNITY_BUILD)
+    return()
+  endif()
+  get_target_property(sources ${target} SOURCES)
+  foreach(source ${sources})
+    get_filename_component(room ${source} DIRECTORY)
+    string(MAKE_C_IDENTIFIER "${target}_${room}" group)
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
+  endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  # The sources are no headers, though they are included.
+  target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+endfunction()
+
 # lamap_add_test(name SOURCES ... LIBRARIES ... [LABELS ...]): one GoogleTest program. Labels with special meaning:
 #   threads   also built and run with ThreadSanitizer, as part of the target `threaded_tests`
 #   stock     starts stock MRPT programs

@@ -1,4 +1,5 @@
 #include <lamap_core/options/legal_range.h>
+#include <lamap_sim/dot.h>
 #include <lamap_sim/scanner.h>
 
 #include <algorithm>
@@ -34,11 +35,6 @@ Vector3d turned(const Matrix3d& rotation, const Vector3d& v)
   for (int row = 0; row < 3; ++row)
     result[row] = rotation(row, 0) * v.x() + rotation(row, 1) * v.y() + rotation(row, 2) * v.z();
   return result;
-}
-
-double dot(const Vector3d& a, const Vector3d& b)
-{
-  return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();
 }
 
 /// Two directions perpendicular to a beam: horizontal, and upwards.

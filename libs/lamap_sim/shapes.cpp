@@ -1,3 +1,4 @@
+#include <lamap_sim/dot.h>
 #include <lamap_sim/shapes.h>
 
 #include <algorithm>
@@ -13,12 +14,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// Sums written out: Eigen's products may be fused on some processors, and worlds are to be the same on all.
-double dot(const Vector3d& a, const Vector3d& b)
-{
-  return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();
-}
 
 /// The part of a ray inside a convex solid.
 struct Crossing

@@ -24,11 +24,6 @@ namespace fs = std::filesystem;
   throw std::runtime_error("cannot write '" + path + "': " + reason);
 }
 
-std::string systemReason(int errorNumber)
-{
-  return std::generic_category().message(errorNumber);
-}
-
 class Descriptor
 {
  public:
@@ -125,6 +120,11 @@ int probeForSpace(int descriptor)
 }
 
 }  // namespace
+
+std::string systemReason(int errorNumber)
+{
+  return std::generic_category().message(errorNumber);
+}
 
 AtomicFile::AtomicFile(const std::string& path) : named_(path)
 {

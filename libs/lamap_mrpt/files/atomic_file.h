@@ -5,6 +5,9 @@
 
 namespace lamap
 {
+/// What the system says of an error number.
+[[nodiscard]] std::string systemReason(int errorNumber);
+
 /** A file that appears at its place only when it is whole.
  *
  * Any writer fills temporaryPath(), a new empty file in the same folder; commit() renames it to its place.

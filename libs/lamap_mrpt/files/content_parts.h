@@ -10,6 +10,7 @@
 namespace lamap
 {
 constexpr size_t kIndexBytes = 3 * sizeof(int32_t);
+constexpr size_t kPlaceBytes = 3 * sizeof(double);
 
 /// @tparam Index CellIndex or BlockIndex
 template <typename Index>

@@ -6,7 +6,6 @@ namespace lamap
 {
 namespace
 {
-constexpr size_t kPlaceBytes = 3 * sizeof(double);
 constexpr size_t kPosteriorBytes = 2 * sizeof(float);
 
 void writeBlock(const HilbertState::Block& block, ByteWriter& out)

@@ -29,11 +29,6 @@ using mrpt::serialization::CSerializable;
 
 constexpr std::size_t kChunk = std::size_t{1} << 18;
 
-std::string systemReason(int errorNumber)
-{
-  return std::generic_category().message(errorNumber);
-}
-
 /// An archive that compresses into a file, and notices every error of writing: MRPT's own gzip stream ignores
 /// them.
 class GzipWriter : public CArchive

@@ -9,7 +9,6 @@ namespace lamap
 {
 namespace
 {
-constexpr size_t kPlaceBytes = 3 * sizeof(double);
 
 void writePose(const ModelPose& pose, ByteWriter& out)
 {

@@ -14,13 +14,13 @@ namespace
 {
 // Small enough that a false count costs nothing, and that MRPT's gzip streams, which take 32-bit lengths,
 // hold it.
-constexpr std::size_t kChunk = std::size_t{1} << 20;
+constexpr std::size_t kPayloadChunk = std::size_t{1} << 20;
 
 uint32_t crcOf(const std::vector<uint8_t>& bytes)
 {
   uLong crc = crc32(0L, Z_NULL, 0);
-  for (std::size_t done = 0; done < bytes.size(); done += kChunk)
-    crc = crc32(crc, bytes.data() + done, static_cast<uInt>(std::min(kChunk, bytes.size() - done)));
+  for (std::size_t done = 0; done < bytes.size(); done += kPayloadChunk)
+    crc = crc32(crc, bytes.data() + done, static_cast<uInt>(std::min(kPayloadChunk, bytes.size() - done)));
   return static_cast<uint32_t>(crc);
 }
 
@@ -76,8 +76,8 @@ uint64_t memoryForContent()
 void writePayload(mrpt::serialization::CArchive& archive, const std::vector<uint8_t>& payload)
 {
   archive << static_cast<uint64_t>(payload.size()) << crcOf(payload);
-  for (std::size_t done = 0; done < payload.size(); done += kChunk)
-    archive.WriteBuffer(payload.data() + done, std::min(kChunk, payload.size() - done));
+  for (std::size_t done = 0; done < payload.size(); done += kPayloadChunk)
+    archive.WriteBuffer(payload.data() + done, std::min(kPayloadChunk, payload.size() - done));
 }
 
 std::vector<uint8_t> readPayload(mrpt::serialization::CArchive& archive)
@@ -93,7 +93,7 @@ std::vector<uint8_t> readPayload(mrpt::serialization::CArchive& archive)
   while (payload.size() < length)
   {
     const std::size_t before = payload.size();
-    const std::size_t wanted = static_cast<std::size_t>(std::min<uint64_t>(kChunk, length - before));
+    const std::size_t wanted = static_cast<std::size_t>(std::min<uint64_t>(kPayloadChunk, length - before));
     // Doubles with what has really come, and ends with no more than the content needs.
     if (payload.capacity() < before + wanted)
       payload.reserve(static_cast<std::size_t>(std::min<uint64_t>(length, 2 * (before + wanted))));

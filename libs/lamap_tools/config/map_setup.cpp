@@ -10,7 +10,6 @@
 #include <mrpt/maps/TMetricMapTypesRegistry.h>
 #include <mrpt/maps/registerAllClasses.h>
 
-#include <strings.h>
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -26,11 +25,6 @@ using mrpt::maps::TMetricMapInitializer;
 namespace
 {
 constexpr const char* kSection = "map";
-
-bool sameName(const std::string& a, const std::string& b)
-{
-  return strcasecmp(a.c_str(), b.c_str()) == 0;
-}
 
 TMetricMapInitializer::Ptr emptyDefinition(const std::string& registeredName)
 {
@@ -112,12 +106,12 @@ void requireKnownSections(const CConfigFileBase& config, const MapCounts& counts
     const auto belongsTo = [&](const std::string& map)
     {
       const std::string prefix = std::string(kSection) + "_" + map + "_";
-      return strncasecmp(section.c_str(), prefix.c_str(), prefix.size()) == 0;
+      return startsWith(section, prefix);
     };
     // Those of the chosen map are looked at key by key elsewhere; only its number can be wrong here.
     const auto isOther = [&](const auto& entry) { return entry.first != name && belongsTo(entry.first); };
     const std::string chosen = std::string(kSection) + "_" + name + "_00_";
-    if (strncasecmp(section.c_str(), chosen.c_str(), chosen.size()) == 0) continue;
+    if (startsWith(section, chosen)) continue;
     if (std::any_of(counts.begin(), counts.end(), isOther)) continue;
     throw std::runtime_error("section [" + section + "] is not read; did you mean [" +
                              nearestOf(section, expected) + "]?");

@@ -8,7 +8,6 @@
 #include <link.h>
 #include <mrpt/config/CConfigFile.h>
 #include <mrpt/core/format.h>
-#include <strings.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -25,16 +24,6 @@ namespace lamap::tools
 {
 namespace
 {
-bool sameName(const std::string& a, const std::string& b)
-{
-  return strcasecmp(a.c_str(), b.c_str()) == 0;
-}
-
-bool startsWith(const std::string& text, const std::string& beginning)
-{
-  return strncasecmp(text.c_str(), beginning.c_str(), beginning.size()) == 0;
-}
-
 /// Names by which an .ini file may ask for one of our maps, the aliases first.
 std::vector<std::string> ourNames()
 {

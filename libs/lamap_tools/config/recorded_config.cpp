@@ -1,5 +1,6 @@
 #include <lamap_mrpt/options/nearest_name.h>
 #include <lamap_mrpt/options/option_table.h>
+#include <lamap_tools/config/ini_lines.h>
 #include <lamap_tools/config/recorded_config.h>
 #include <strings.h>
 
@@ -21,12 +22,6 @@ std::vector<std::string> keysOf(const Map& map)
   return keys;
 }
 
-bool startsWith(const std::string& text, const std::string& beginning)
-{
-  return text.size() >= beginning.size() &&
-         strncasecmp(text.c_str(), beginning.c_str(), beginning.size()) == 0;
-}
-
 bool isNumber(const std::string& text)
 {
   char* end = nullptr;
@@ -37,7 +32,7 @@ bool isNumber(const std::string& text)
 bool isYesOrNo(const std::string& text)
 {
   for (const char* word : {"true", "false", "yes", "no"})
-    if (strcasecmp(text.c_str(), word) == 0) return true;
+    if (sameName(text, word)) return true;
   return false;
 }
 
@@ -103,8 +98,7 @@ void RecordedConfig::getAllSections(std::vector<std::string>& sections) const
   base_.getAllSections(sections);
   for (const auto& [section, keys] : overlay_)
   {
-    const auto same = [&name = section](const std::string& other)
-    { return strcasecmp(name.c_str(), other.c_str()) == 0; };
+    const auto same = [&name = section](const std::string& other) { return sameName(name, other); };
     if (std::none_of(sections.begin(), sections.end(), same)) sections.push_back(section);
   }
 }
@@ -122,8 +116,7 @@ void RecordedConfig::collectKeys(const std::string& section, std::vector<std::st
   if (laid == overlay_.end()) return;
   for (const auto& entry : laid->second)
   {
-    const auto same = [&name = entry.first](const std::string& other)
-    { return strcasecmp(name.c_str(), other.c_str()) == 0; };
+    const auto same = [&name = entry.first](const std::string& other) { return sameName(name, other); };
     if (std::none_of(keys.begin(), keys.end(), same)) keys.push_back(entry.first);
   }
 }

@@ -30,7 +30,7 @@ const TColor kBackground(255, 255, 255);
 const TColor kGrid(205, 210, 215);
 const TColor kFreeSurface(120, 175, 235);
 constexpr double kFreeOpacity = 0.3;
-constexpr double kHighest = 0.97;  // of the palette
+constexpr double kPaletteEnd = 0.97;  // of the palette
 
 /// The picture is drawn this much larger and averaged down, to avoid jagged edges.
 constexpr int kOversampling = 2;
@@ -167,7 +167,7 @@ Legend legendFor(const CellMap& map, const Cells& cells, const RenderOptions& op
   {
     legend.title = "P(occupied)";
     legend.from = 0.5;
-    legend.fractionAtTo = kHighest;
+    legend.fractionAtTo = kPaletteEnd;
   }
   else if (options.colorBy == ColorBy::Variance)
   {
@@ -178,14 +178,14 @@ Legend legendFor(const CellMap& map, const Cells& cells, const RenderOptions& op
   else
   {
     legend.title = "z [m]";
-    legend.fractionAtTo = kHighest;
+    legend.fractionAtTo = kPaletteEnd;
     legend.from = cells.frame.first.z * r;
     legend.to = (cells.frame.last.z + 1.0) * r;
     // With a single layer, heights carry no information.
     if (cells.frame.first.z == cells.frame.last.z)
     {
       legend.to = legend.from;
-      legend.swatches.push_back({paletteColor(legend.palette, 0.5 * kHighest), "occupied"});
+      legend.swatches.push_back({paletteColor(legend.palette, 0.5 * kPaletteEnd), "occupied"});
     }
   }
   if (options.showFree)
