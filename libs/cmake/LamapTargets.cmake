@@ -23,7 +23,7 @@ function(lamap_configure_target target)
 endfunction()
 
 # lamap_unite_rooms(target): compiles the sources of each room (a folder of the target) as one translation unit. They
-# include the same large headers, which take most of the time. LAMAP_UNITY_BUILD=OFF compiles each by itself.
+# include the same large headers, which take most of the time. LAMAP_UNITY_BUILD=OFF compiles each separately.
 function(lamap_unite_rooms target)
   if(NOT LAMAP_UNITY_BUILD)
     return()
@@ -35,7 +35,7 @@ function(lamap_unite_rooms target)
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
   endforeach()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
-  # The sources are no headers, though they are included.
+  # The warning is for headers; here, sources are included.
   target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
 endfunction()
 

@@ -4,7 +4,7 @@
 
 namespace lamap::sim
 {
-/// Written out: Eigen's products may be fused on some processors, and worlds are to be the same on all.
+/// Written out, because Eigen's products may be fused on some processors, and worlds must be the same on all.
 [[nodiscard]] inline double dot(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 {
   return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();
