@@ -43,8 +43,8 @@ void expectStructureRefused(double BgkStructure::*option, const std::string& nam
   }
 }
 
-template <typename Member>
-void expectInferenceRefused(Member BgkInference::*option, const std::string& name,
+template <typename Group, typename Member>
+void expectInferenceRefused(Member Group::*option, const std::string& name,
                             const std::vector<std::pair<double, std::string>>& bad)
 {
   for (const auto& [illegal, printed] : bad)

@@ -2,7 +2,8 @@
 #include <gtest/gtest.h>
 #include <lamap_core/features/compact_kernel.h>
 #include <lamap_core/features/rows.h>
-#include <lamap_core/learning/trainers.h>
+#include <lamap_core/learning/lbfgs.h>
+#include <lamap_core/learning/sgd.h>
 #include <support/hilbert_oracle.h>
 #include <support/seeded_scans.h>
 

@@ -2,7 +2,8 @@
 #include <gtest/gtest.h>
 #include <lamap_core/features/nystroem.h>
 #include <lamap_core/features/rows.h>
-#include <lamap_core/learning/trainers.h>
+#include <lamap_core/learning/lbfgs.h>
+#include <lamap_core/learning/sgd.h>
 #include <support/hilbert_oracle.h>
 #include <support/seeded_scans.h>
 
@@ -99,7 +100,7 @@ TEST(Trainers, SgdAndLbfgsReachTheSameObjectiveForTheSameL2Penalty)
       const LogisticProblem problem{*rows, set.labels, set.weights, mean, precision};
       std::vector<float> byLbfgs = mean, bySgd = mean;
       Lbfgs().minimize(problem, {300, 8}, byLbfgs, workers);
-      trainSgd(*rows, set.labels, set.weights, {SgdPenalty::L2, kAlpha, 300, seed}, 0, bySgd);
+      trainSgd(*rows, set.labels, set.weights, {{kAlpha, 300}, SgdPenalty::L2, seed}, 0, bySgd);
       const double least = problem.objective(byLbfgs, workers);
       const double reached = problem.objective(bySgd, workers);
       EXPECT_LE(reached, least * 1.01);
@@ -133,7 +134,7 @@ TEST(Sgd, WithL1FindsASparseMinimum)
   {
     SCOPED_TRACE(alpha);
     std::vector<float> u(rows.weights(), 0.0f);
-    trainSgd(rows, built.set.labels, built.set.weights, {SgdPenalty::L1, alpha, 400, 3}, 0, u);
+    trainSgd(rows, built.set.labels, built.set.weights, {{alpha, 400}, SgdPenalty::L1, 3}, 0, u);
     size_t zeros = 0;
     for (const uint32_t j : rows.used()) zeros += u[j] == 0.0f;
     EXPECT_GE(zeros, lastZeros);
@@ -163,7 +164,7 @@ TEST(Sgd, PenalizesNoBias)
   for (const SgdPenalty penalty : {SgdPenalty::L1, SgdPenalty::L2})
   {
     std::vector<float> u(rows.weights(), 0.0f);
-    trainSgd(rows, set.labels, set.weights, {penalty, 1.0, 200, 1}, 0, u);
+    trainSgd(rows, set.labels, set.weights, {{1.0, 200}, penalty, 1}, 0, u);
     EXPECT_NEAR(u[*rows.bias()], std::log(3.0), 0.15);
     for (size_t j = 0; j < features.components(); ++j) EXPECT_NEAR(u[j], 0.0, 0.3);
   }
@@ -177,16 +178,16 @@ TEST(Sgd, IsRepeatedByItsSeedAndRefusesBadOptions)
   const auto trained = [&](uint64_t seed)
   {
     std::vector<float> u(rows.weights(), 0.0f);
-    trainSgd(rows, built.set.labels, built.set.weights, {SgdPenalty::L1, 1e-4, 3, seed}, 0, u);
+    trainSgd(rows, built.set.labels, built.set.weights, {{1e-4, 3}, SgdPenalty::L1, seed}, 0, u);
     return u;
   };
   EXPECT_EQ(trained(1), trained(1));
   EXPECT_NE(trained(1), trained(2));
   std::vector<float> u(rows.weights(), 0.0f);
-  EXPECT_EQ(trainSgd(rows, built.set.labels, built.set.weights, {SgdPenalty::L2, 1e-4, 3, 1}, 7, u), 607u);
-  EXPECT_THROW(trainSgd(rows, built.set.labels, built.set.weights, {SgdPenalty::L1, 0.0, 1, 1}, 0, u),
+  EXPECT_EQ(trainSgd(rows, built.set.labels, built.set.weights, {{1e-4, 3}, SgdPenalty::L2, 1}, 7, u), 607u);
+  EXPECT_THROW(trainSgd(rows, built.set.labels, built.set.weights, {{0.0, 1}, SgdPenalty::L1, 1}, 0, u),
                std::invalid_argument);
-  EXPECT_THROW(trainSgd(rows, built.set.labels, built.set.weights, {SgdPenalty::L1, 1e-4, 0, 1}, 0, u),
+  EXPECT_THROW(trainSgd(rows, built.set.labels, built.set.weights, {{1e-4, 0}, SgdPenalty::L1, 1}, 0, u),
                std::invalid_argument);
 }
 

@@ -1,7 +1,7 @@
 // What is worked on side by side must come out as each by itself, to the bit, whatever the processor has.
 #include <gtest/gtest.h>
 #include <lamap_core/features/nystroem_rows.h>
-#include <lamap_core/learning/trainers.h>
+#include <lamap_core/learning/sgd.h>
 #include <lamap_core/math/portable_math.h>
 #include <lamap_core/math/wide_floats.h>
 #include <support/seeded_scans.h>

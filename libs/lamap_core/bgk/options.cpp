@@ -1,9 +1,7 @@
 #include <lamap_core/bgk/options.h>
 
 #include <lamap_core/options/legal_range.h>
-#include <lamap_core/scan/ray_selection.h>
 
-#include <cmath>
 #include <tuple>
 
 namespace lamap
@@ -12,28 +10,21 @@ namespace
 {
 auto fieldsOf(const BgkStructure& s)
 {
-  return std::tie(s.resolution, s.blockDepth, s.pruning, s.planar, s.planarHeight, s.priorAlpha, s.priorBeta);
+  return std::tie(static_cast<const BlockOptions&>(s), s.priorAlpha, s.priorBeta);
 }
 
 auto fieldsOf(const BgkInference& i)
 {
-  return std::tie(i.freeSpace, i.trainingPoints, i.freeResolution, i.freeMargin, i.freeWeight,
-                  i.freeDownsampling, i.hitDownsampling, i.protectHits, i.kernel, i.kernelSupport,
-                  i.kernelScale, i.minRange, i.maxRange, i.considerInvalidRangesAsFreeSpace, i.rayDecimation,
-                  i.thresholds.free, i.thresholds.occupied, i.thresholds.variance);
+  return std::tie(static_cast<const RangeOptions&>(i), i.freeSpace, i.trainingPoints, i.freeResolution,
+                  i.freeMargin, i.freeWeight, i.freeDownsampling, i.hitDownsampling, i.protectHits, i.kernel,
+                  i.kernelSupport, i.kernelScale, i.thresholds);
 }
 
 }  // namespace
 
 void BgkStructure::validate() const
 {
-  constexpr double kMinResolution_m = 1e-4;
-  constexpr double kMaxResolution_m = 1e4;
-  requireLegal(resolution >= kMinResolution_m && resolution <= kMaxResolution_m, "resolution", resolution,
-               "a length from 0.0001 to 10000 m");
-  requireLegal(blockDepth >= 2 && blockDepth <= 6, "blockDepth", blockDepth, "a whole number from 2 to 6");
-  requireLegal(std::abs(planarHeight) <= 1e9 * resolution, "planarHeight", planarHeight,
-               "a finite height [m] within 1e9 cells");
+  BlockOptions::validate();
   requireLegal(priorAlpha > 0 && priorAlpha <= 1e6, "priorAlpha", priorAlpha, "a number > 0, at most 1e6");
   requireLegal(priorBeta > 0 && priorBeta <= 1e6, "priorBeta", priorBeta, "a number > 0, at most 1e6");
 }
@@ -73,7 +64,7 @@ void BgkInference::validate(double resolution_m) const
                "kernelSupport", *filled.kernelSupport, "a length [m] > 0, at most 64 times the resolution");
   requireLegal(kernelScale > 0 && kernelScale <= 1e3, "kernelScale", kernelScale,
                "a number > 0, at most 1000");
-  RangeLimits{minRange, maxRange, considerInvalidRangesAsFreeSpace, rayDecimation}.validate();
+  rangeLimits().validate();
   thresholds.validate();
 }
 

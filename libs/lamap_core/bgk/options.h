@@ -1,8 +1,9 @@
 #pragma once
 
 #include <lamap_core/bgk/kernel.h>
-#include <lamap_core/grid/octant_rule.h>
+#include <lamap_core/grid/cell_options.h>
 #include <lamap_core/grid/state_thresholds.h>
+#include <lamap_core/scan/range_options.h>
 #include <lamap_core/training/training_rules.h>
 
 #include <cstdint>
@@ -11,13 +12,8 @@
 namespace lamap
 {
 /// What a BGK map is made with; fixed for its life.
-struct BgkStructure
+struct BgkStructure : public BlockOptions
 {
-  double resolution = 0.10;  ///< edge of a finest cell [m], finite, > 0
-  int blockDepth = 4;        ///< a block is 2^(blockDepth−1) cells wide; 2 to 6
-  Pruning pruning = Pruning::Lossless;
-  bool planar = false;        ///< one layer of cells, distances in the plane: for 2D sensors
-  double planarHeight = 0.0;  ///< [m], in the layer of a planar map
   double priorAlpha = 0.003;  ///< α₀ [pseudo-counts], finite, > 0
   double priorBeta = 0.003;   ///< β₀ [pseudo-counts], finite, > 0
 
@@ -28,7 +24,7 @@ struct BgkStructure
 };
 
 /** How scans become evidence. Lengths are in metres; those left empty are given in cells: see resolved(). */
-struct BgkInference
+struct BgkInference : public RangeOptions
 {
   FreeSpace freeSpace = FreeSpace::Samples;
   TrainingPoints trainingPoints = TrainingPoints::Cells;
@@ -41,12 +37,8 @@ struct BgkInference
   uint32_t protectHits =
       2;  ///< a cell with so many raw hits in a scan takes no free evidence from it; 0: none is protected
   KernelShape kernel = KernelShape::Sparse;
-  std::optional<double> kernelSupport;           ///< l; empty: two cells
-  double kernelScale = 1.0;                      ///< σ₀ [-], > 0
-  double minRange = 0.0;                         ///< returns nearer than this are left out, with their rays
-  double maxRange = 0.0;                         ///< 0: what the observation states; free space ends there
-  bool considerInvalidRangesAsFreeSpace = true;  ///< rays without return are free up to the maximum range
-  uint32_t rayDecimation = 1;                    ///< only every so many-th ray of an observation is used
+  std::optional<double> kernelSupport;  ///< l; empty: two cells
+  double kernelScale = 1.0;             ///< σ₀ [-], > 0
   StateThresholds thresholds;
 
   /// The same with the lengths that are given in cells filled in.

@@ -2,7 +2,6 @@
 
 #include <lamap_core/options/legal_range.h>
 
-#include <cmath>
 #include <tuple>
 
 namespace lamap
@@ -11,26 +10,21 @@ namespace
 {
 auto fieldsOf(const GpStructure& s)
 {
-  return std::tie(s.resolution, s.blockDepth, s.pruning, s.planar, s.planarHeight, s.fusion, s.signalVariance,
-                  s.noiseVariance, s.squashGain, s.minVariance);
+  return std::tie(static_cast<const BlockOptions&>(s), s.fusion, s.signalVariance, s.noiseVariance,
+                  s.squashGain, s.minVariance);
 }
 
 auto fieldsOf(const GpInference& i)
 {
-  return std::tie(i.nested, i.freeSpace, i.trainingPoints, i.freeResolution, i.freeMargin, i.freeDownsampling,
-                  i.hitDownsampling, i.protectHits, i.kernelSupport, i.lengthScale, i.maxPoints, i.minRange,
-                  i.maxRange, i.considerInvalidRangesAsFreeSpace, i.rayDecimation, i.thresholds.free,
-                  i.thresholds.occupied, i.thresholds.variance);
+  return std::tie(static_cast<const RangeOptions&>(i), i.nested, i.freeSpace, i.trainingPoints,
+                  i.freeResolution, i.freeMargin, i.freeDownsampling, i.hitDownsampling, i.protectHits,
+                  i.kernelSupport, i.lengthScale, i.maxPoints, i.thresholds);
 }
 }  // namespace
 
 void GpStructure::validate() const
 {
-  requireLegal(resolution >= 1e-4 && resolution <= 1e4, "resolution", resolution,
-               "a length from 0.0001 to 10000 m");
-  requireLegal(blockDepth >= 2 && blockDepth <= 6, "blockDepth", blockDepth, "a whole number from 2 to 6");
-  requireLegal(std::abs(planarHeight) <= 1e9 * resolution, "planarHeight", planarHeight,
-               "a finite height [m] within 1e9 cells");
+  BlockOptions::validate();
   requireLegal(signalVariance >= 1e-3 && signalVariance <= 1e3, "signalVariance", signalVariance,
                "a number from 0.001 to 1000");
   requireLegal(noiseVariance >= 1e-6 && noiseVariance <= 1e3, "noiseVariance", noiseVariance,
@@ -65,8 +59,9 @@ TrainingRules GpInference::trainingRules() const
 
 RangeLimits GpInference::rangeLimits() const
 {
-  return {minRange, maxRange, considerInvalidRangesAsFreeSpace && freeSpace != GpFreeSpace::None,
-          rayDecimation};
+  RangeLimits limits = RangeOptions::rangeLimits();
+  limits.noReturnIsFree = limits.noReturnIsFree && freeSpace != GpFreeSpace::None;
+  return limits;
 }
 
 void GpInference::validate(double resolution_m) const

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <lamap_core/grid/octant_rule.h>
+#include <lamap_core/grid/cell_options.h>
 #include <lamap_core/grid/state_thresholds.h>
-#include <lamap_core/scan/ray_selection.h>
+#include <lamap_core/scan/range_options.h>
 #include <lamap_core/training/training_rules.h>
 
 #include <cstdint>
@@ -25,13 +25,10 @@ enum class GpFreeSpace
 };
 
 /// What a GP map is made with; fixed for its life.
-struct GpStructure
+struct GpStructure : public BlockOptions
 {
-  double resolution = 0.10;  ///< edge of a finest cell [m], finite, > 0
-  int blockDepth = 3;        ///< a block is 2^(blockDepth−1) cells wide; 2 to 6
-  Pruning pruning = Pruning::Lossless;
-  bool planar = false;        ///< one layer of cells, distances in the plane: for 2D sensors
-  double planarHeight = 0.0;  ///< [m], in the layer of a planar map
+  GpStructure() { blockDepth = 3; }
+
   GpFusion fusion = GpFusion::Bcm;
   double signalVariance = 1.0;        ///< σ_f² of eq. (2.24): of a cell nobody spoke of; in [1e-3, 1e3]
   double noiseVariance = 0.05;        ///< σ_n² of eq. (2.19), in [1e-6, 1e3]
@@ -49,7 +46,7 @@ struct GpStructure
 };
 
 /** How scans become evidence. Lengths are in metres; those left empty are given in cells: see resolved(). */
-struct GpInference
+struct GpInference : public RangeOptions
 {
   /// A GP for each block that holds training points, and those around a block fused (nested BCM, thesis table
   /// 4.1); else one for each block, trained on everything within the support.
@@ -65,10 +62,6 @@ struct GpInference
   std::optional<double> kernelSupport;  ///< a GP is silent so far from all its data; empty: two cells
   double lengthScale = 1.0;             ///< l of eq. (2.24) [m], > 0
   uint32_t maxPoints = 512;             ///< of one GP; more are split, and the parts fused; 1 to 4096
-  double minRange = 0.0;                ///< returns nearer than this are left out, with their rays
-  double maxRange = 0.0;                ///< 0: what the observation states; free space ends there
-  bool considerInvalidRangesAsFreeSpace = true;  ///< rays without return are free up to the maximum range
-  uint32_t rayDecimation = 1;                    ///< only every so many-th ray of an observation is used
   StateThresholds thresholds;
 
   /// The same with what is left empty filled in.
@@ -76,6 +69,7 @@ struct GpInference
 
   /// What decides the training points. Only of resolved options.
   [[nodiscard]] TrainingRules trainingRules() const;
+  /// Without free space, rays without a return say nothing.
   [[nodiscard]] RangeLimits rangeLimits() const;
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.

@@ -9,10 +9,16 @@ struct StateThresholds
 {
   double free = 0.3;      ///< a cell is free below this P(occupied); in [0, 1], not above `occupied`
   double occupied = 0.7;  ///< a cell is occupied above this P(occupied); in [0, 1]
-  double variance = 0.0;  ///< cells whose variance is not below are unknown; 0: not looked at
+  double variance =
+      0.0;  ///< a cell is unknown unless its variance is below this; 0: variances are not considered
 
   /// @throws std::invalid_argument naming the first illegal threshold, its value and the legal range.
   void validate() const;
+
+  friend bool operator==(const StateThresholds& a, const StateThresholds& b)
+  {
+    return a.free == b.free && a.occupied == b.occupied && a.variance == b.variance;
+  }
 };
 
 /// The state of a cell whose variance is small enough. @param prob P(occupied)

@@ -1,6 +1,8 @@
 #include <lamap_core/hilbert/map.h>
 
 #include <lamap_core/features/rows.h>
+#include <lamap_core/learning/lbfgs.h>
+#include <lamap_core/learning/sgd.h>
 #include <lamap_core/math/workers.h>
 #include <lamap_core/options/legal_range.h>
 #include <tsl/robin_map.h>
@@ -104,8 +106,8 @@ void addCovariances(const HilbertUncertainty& uncertainty, const Eigen::Vector3d
 
 SgdOptions sgdOptions(const HilbertInference& inference, const HilbertStructure& structure)
 {
-  return {inference.solverFor(structure.training) == HilbertSolver::SgdL2 ? SgdPenalty::L2 : SgdPenalty::L1,
-          inference.alpha, inference.epochs, structure.seed};
+  const bool l2 = inference.solverFor(structure.training) == HilbertSolver::SgdL2;
+  return {inference, l2 ? SgdPenalty::L2 : SgdPenalty::L1, structure.seed};
 }
 
 }  // namespace

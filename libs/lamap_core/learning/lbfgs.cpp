@@ -1,4 +1,4 @@
-#include <lamap_core/learning/trainers.h>
+#include <lamap_core/learning/lbfgs.h>
 
 #include <lamap_core/math/portable_math_four.h>
 
@@ -68,54 +68,7 @@ void add(float factor, const std::vector<float>& x, std::vector<float>& y)
   for (size_t i = 0; i < y.size(); ++i) y[i] += factor * x[i];
 }
 
-/// The prior's part of the gradient, Λ(u − μ).
-void addPriorGradient(const LogisticProblem& problem, const std::vector<float>& u, std::vector<float>& g)
-{
-  for (size_t j = 0; j < u.size(); ++j) g[j] += problem.precision[j] * (u[j] - problem.mean[j]);
-}
-
 }  // namespace
-
-double LogisticProblem::objective(const std::vector<float>& u, const Workers& workers) const
-{
-  std::vector<float> f(rows.points());
-  rows.multiply(u.data(), f.data(), workers);
-  double sum = 0;
-  for (size_t i = 0; i < f.size(); ++i)
-    sum += static_cast<double>(weights[i]) * softplus(labels[i] > 0.5f ? -double{f[i]} : double{f[i]});
-  for (size_t j = 0; j < u.size(); ++j)
-  {
-    const double difference = static_cast<double>(u[j]) - mean[j];
-    sum += 0.5 * static_cast<double>(precision[j]) * difference * difference;
-  }
-  return sum;
-}
-
-void LogisticProblem::gradient(const std::vector<float>& u, std::vector<float>& g,
-                               const Workers& workers) const
-{
-  std::vector<float> r(rows.points());
-  rows.multiply(u.data(), r.data(), workers);
-  for (size_t i = 0; i < r.size(); ++i) r[i] = weights[i] * (logistic(r[i]) - labels[i]);
-  g.resize(rows.weights());
-  rows.multiplyTransposed(r.data(), g.data(), workers);
-  addPriorGradient(*this, u, g);
-}
-
-void LogisticProblem::curvature(const std::vector<float>& u, std::vector<float>& diagonal,
-                                const Workers& workers) const
-{
-  std::vector<float> c(rows.points());
-  rows.multiply(u.data(), c.data(), workers);
-  for (size_t i = 0; i < c.size(); ++i)
-  {
-    const float p = logistic(c[i]);
-    c[i] = weights[i] * p * (1.0f - p);
-  }
-  diagonal.resize(rows.weights());
-  rows.addSquares(c.data(), diagonal.data(), workers);
-  for (size_t j = 0; j < diagonal.size(); ++j) diagonal[j] += precision[j];
-}
 
 void Lbfgs::residualsOf(const LogisticProblem& problem)
 {
@@ -278,7 +231,7 @@ int Lbfgs::minimize(const LogisticProblem& problem, const LbfgsOptions& options,
   size_t newest = pairs_.size() - 1;
   residualsOf(problem);
   rows.multiplyTransposed(residual_.data(), gradient_.data(), workers);
-  addPriorGradient(problem, u, gradient_);
+  problem.addPriorGradient(u, gradient_);
   int done = 0;
   for (; done < options.iterations; ++done)
   {
@@ -293,7 +246,7 @@ int Lbfgs::minimize(const LogisticProblem& problem, const LbfgsOptions& options,
     gradient_.swap(lastGradient_);
     residualsOf(problem);
     rows.multiplyTransposed(residual_.data(), gradient_.data(), workers);
-    addPriorGradient(problem, u, gradient_);
+    problem.addPriorGradient(u, gradient_);
     const size_t slot = (newest + 1) % pairs_.size();
     Pair& pair = pairs_[slot];
     pair.step.resize(weights);

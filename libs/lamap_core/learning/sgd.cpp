@@ -1,8 +1,7 @@
-#include <lamap_core/learning/trainers.h>
+#include <lamap_core/learning/sgd.h>
 
 #include <lamap_core/math/portable_math.h>
 #include <lamap_core/math/wide_floats.h>
-#include <lamap_core/options/legal_range.h>
 
 #include <algorithm>
 #include <cmath>
@@ -237,9 +236,7 @@ uint64_t trainSgd(const FeatureRows& rows, const std::vector<float>& labels,
                   const std::vector<float>& weights, const SgdOptions& options, uint64_t stepsBefore,
                   std::vector<float>& u)
 {
-  requireLegal(options.alpha >= 1e-12 && options.alpha <= 1e6, "alpha", options.alpha,
-               "a number from 1e-12 to 1e6");
-  requireLegal(options.epochs >= 1, "epochs", options.epochs, "a whole number >= 1");
+  options.validate();
   SgdTrainer trainer(rows, options, u);
   std::vector<uint32_t> order(rows.points());
   std::iota(order.begin(), order.end(), 0u);

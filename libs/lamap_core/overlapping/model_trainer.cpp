@@ -298,11 +298,8 @@ void HilbertModelTrainer::findWeights(FeatureRows& rows, const HilbertTrainingSe
     lbfgs_.minimize(problem, options, weights_, workers);
     return;
   }
-  SgdOptions options;
-  options.penalty = inference.solver == HilbertSolver::SgdL1 ? SgdPenalty::L1 : SgdPenalty::L2;
-  options.alpha = inference.alpha;
-  options.epochs = inference.epochs;
-  options.seed = structure.seed;
+  const SgdPenalty penalty = inference.solver == HilbertSolver::SgdL1 ? SgdPenalty::L1 : SgdPenalty::L2;
+  const SgdOptions options{inference, penalty, structure.seed};
   trainSgd(rows, set.labels, set.weights, options, 0, weights_);
 }
 

@@ -2,7 +2,8 @@
 
 #include <lamap_core/features/nystroem.h>
 #include <lamap_core/features/rows.h>
-#include <lamap_core/learning/trainers.h>
+#include <lamap_core/learning/lbfgs.h>
+#include <lamap_core/learning/sgd.h>
 #include <lamap_core/math/workers.h>
 #include <lamap_core/overlapping/model.h>
 #include <lamap_core/scan/ray_selection.h>

@@ -1,6 +1,5 @@
 #include <lamap_core/overlapping/options.h>
 
-#include <lamap_core/features/compact_kernel.h>
 #include <lamap_core/options/legal_range.h>
 
 #include <cmath>
@@ -12,17 +11,15 @@ namespace
 {
 auto fieldsOf(const OverlappingStructure& s)
 {
-  return std::tie(s.resolution, s.blockDepth, s.pruning, s.planar, s.planarHeight, s.features, s.gamma,
-                  s.latticeSpacing, s.cutoff, s.components, s.seed, s.priorPrecision, s.outOfFieldLimit,
-                  s.keepModels);
+  return std::tie(static_cast<const BlockOptions&>(s), static_cast<const FeatureOptions&>(s),
+                  s.outOfFieldLimit, s.keepModels);
 }
 
 auto fieldsOf(const OverlappingInference& i)
 {
-  return std::tie(i.minRange, i.maxRange, i.considerInvalidRangesAsFreeSpace, i.rayDecimation, i.solver,
-                  i.iterations, i.alpha, i.epochs, i.scansPerModel, i.boxQuantile, i.fieldNear, i.fieldDepth,
-                  i.fieldAngle, i.fieldWeight, i.thresholds.free, i.thresholds.occupied,
-                  i.thresholds.variance);
+  return std::tie(static_cast<const HilbertSampling&>(i), static_cast<const RangeOptions&>(i),
+                  static_cast<const DescentOptions&>(i), i.solver, i.iterations, i.scansPerModel,
+                  i.boxQuantile, i.fieldNear, i.fieldDepth, i.fieldAngle, i.fieldWeight, i.thresholds);
 }
 
 void requireNotNegative(const char* name, double value)
@@ -37,38 +34,20 @@ void requireFromTo(const char* name, double value, double low, double high, cons
 
 }  // namespace
 
-double OverlappingStructure::resolvedGamma() const
-{
-  constexpr double kThesisGamma = 3.0;
-  const bool compact = features == HilbertFeatures::Compact;
-  return gamma.value_or(compact ? CompactKernel::kDefaultGamma : kThesisGamma);
-}
-
 void OverlappingStructure::validate() const
 {
-  requireFromTo("resolution", resolution, 1e-4, 1e4, "a length from 0.0001 to 10000 m");
-  requireFromTo("blockDepth", blockDepth, 2, 6, "a whole number from 2 to 6");
-  requireLegal(std::abs(planarHeight) <= 1e9 * resolution, "planarHeight", planarHeight,
-               "a finite height [m] within 1e9 cells");
-  requireFromTo("gamma", resolvedGamma(), 1e-6, 1e9, "a number [1/m^2] from 1e-6 to 1e9");
-  requireFromTo("components", components, 1, 5000, "a whole number from 1 to 5000");
-  requireFromTo("priorPrecision", priorPrecision, 1e-9, 1e9, "a number from 1e-9 to 1e9");
+  BlockOptions::validate();
+  FeatureOptions::validate();
   requireFromTo("outOfFieldLimit", outOfFieldLimit, 0, 1e3, "a number from 0 to 1000");
-  if (features != HilbertFeatures::Compact) return;
-  requireFromTo("cutoff", cutoff, 1e-6, 0.99, "a number from 1e-6 to 0.99");
-  const CompactKernel kernel(resolvedGamma(), cutoff);
-  (void)AxisReaches(kernel, latticeSpacing);  // refuses a lattice too fine for the kernel
-  requireLegal(latticeSpacing <= 1e4, "latticeSpacing", latticeSpacing, "a length [m], at most 10000");
-  requireSupport(kernel, resolution);
+  if (features == HilbertFeatures::Compact) validateLattice(resolution);
 }
 
 void OverlappingInference::validate() const
 {
   rangeLimits().validate();
   HilbertSampling::validate();
-  requireFromTo("iterations", iterations, 1, 10000, "a whole number from 1 to 10000");
-  requireFromTo("alpha", alpha, 1e-12, 1e6, "a number from 1e-12 to 1e6");
-  requireFromTo("epochs", epochs, 1, 10000, "a whole number from 1 to 10000");
+  requireIterations(iterations);
+  DescentOptions::validate();
   requireFromTo("scansPerModel", scansPerModel, 1, 10000, "a whole number from 1 to 10000");
   requireLegal(boxQuantile >= 0 && boxQuantile < 0.5, "boxQuantile", boxQuantile, "in [0, 0.5)");
   requireNotNegative("fieldNear", fieldNear);
@@ -86,13 +65,7 @@ bool operator==(const OverlappingStructure& a, const OverlappingStructure& b)
 }
 bool operator==(const OverlappingInference& a, const OverlappingInference& b)
 {
-  return static_cast<const HilbertSampling&>(a) == static_cast<const HilbertSampling&>(b) &&
-         fieldsOf(a) == fieldsOf(b);
-}
-
-RangeLimits OverlappingInference::rangeLimits() const
-{
-  return {minRange, maxRange, considerInvalidRangesAsFreeSpace, rayDecimation};
+  return fieldsOf(a) == fieldsOf(b);
 }
 
 OverlappingOptions presetOptions(OverlappingPreset preset)

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <lamap_core/learning/logistic_problem.h>
+
+#include <vector>
+
+namespace lamap
+{
+struct LbfgsOptions
+{
+  int iterations = 25;  ///< at most
+  int memory = 6;       ///< pairs of steps and changes of the gradient that are kept, ≥ 1
+};
+
+/** Minimizes φ from u by the limited-memory BFGS method, preconditioned with the diagonal of the Hessian at
+ * the start. Steps along a direction are found by Newton's method on the log-odds, which costs no feature.
+ * Ends early where φ cannot be made smaller in single precision. Working memory is kept from call to call.
+ * The number of threads changes no bit. */
+class Lbfgs
+{
+ public:
+  /// @return iterations done
+  int minimize(const LogisticProblem& problem, const LbfgsOptions& options, std::vector<float>& u,
+               const Workers& workers);
+
+  /// Of the last minimize(): the diagonal of the Hessian at its end, see LogisticProblem::curvature().
+  void finalCurvature(const LogisticProblem& problem, std::vector<float>& diagonal, const Workers& workers);
+
+ private:
+  struct Pair
+  {
+    std::vector<float> step;
+    std::vector<float> change;
+    double inverseProduct = 0;
+  };
+  struct Slope
+  {
+    double first = 0;   ///< derivative along the direction
+    double second = 0;  ///< and its derivative
+  };
+
+  void residualsOf(const LogisticProblem& problem);
+  void chooseDirection(size_t pairs, size_t newest);
+  void probabilitiesAt(float step, const Workers& workers);
+  Slope slopeNow(const LogisticProblem& problem, const Slope& prior, const Workers& workers);
+  bool searchLine(const LogisticProblem& problem, const std::vector<float>& u, const Workers& workers,
+                  float& step);
+
+  std::vector<float> logodds_, logoddsStep_, prob_, residual_;                // a point
+  std::vector<float> gradient_, lastGradient_, inverseDiagonal_, direction_;  // a weight
+  std::vector<Pair> pairs_;
+  std::vector<Slope> slopes_;
+};
+
+}  // namespace lamap
