@@ -1,7 +1,7 @@
 #include "commands.h"
 
+#include <lamap_core/options/nearest_name.h>
 #include <lamap_mrpt/compat/mrpt_compat.h>
-#include <lamap_mrpt/options/nearest_name.h>
 #include <lamap_tools/files/usage_error.h>
 
 #include <algorithm>

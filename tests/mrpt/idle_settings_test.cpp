@@ -138,8 +138,7 @@ TYPED_TEST(IdleSettings, AreNotWhatAPresetOrASavedFileSays)
     definition.saveToConfigFile(saved, "map_x_00");
     typename TypeParam::TMapDefinition again;
     testing::internal::CaptureStderr();
-    // MRPT pads names in memory; read from text, they are right.
-    again.loadFromConfigFile(mrpt::config::CConfigFileMemory(saved.getContent()), "map_x_00");
+    again.loadFromConfigFile(saved, "map_x_00");
     std::cerr.flush();
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
   }

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
+#include <lamap_core/options/nearest_name.h>
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/maps/CBGKMap.h>
-#include <lamap_mrpt/options/nearest_name.h>
-#include <lamap_mrpt/options/option_table.h>
+#include <lamap_mrpt/options/option_group.h>
 #include <mrpt/config/CConfigFile.h>
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/config/CConfigFilePrefixer.h>
@@ -107,7 +107,7 @@ TYPED_TEST(OptionGroupTest, RefusesNonsenseForEveryOptionAndKeepsWhatItHad)
   TypeParam before = group;
   for (const Option& option : group.optionTable().options())
   {
-    if (std::holds_alternative<Option::Member<std::string>>(option.access)) continue;
+    if (option.type == lamap::OptionType::Text) continue;
     for (const std::string nonsense :
          {"30m", "abc", "nan", "inf", "-inf", "1e999", "-1e14", "", "0x10", "1 2"})
     {
@@ -338,6 +338,32 @@ TEST(Definition, SavedOptionsAreResolvedAndMakeTheSameMap)
   EXPECT_EQ(bytesOf(map), bytesOf(*direct));
   EXPECT_FALSE(map.genericMapParams.enableSaveAs3DObject);
   EXPECT_TRUE(map.creationOptions().sameOptions(definition.creationOpts));
+}
+
+TEST(Definition, WhatIsSavedIsLoadedFromTheSameMemory)
+{
+  CBGKMap::TMapDefinition saved;
+  saved.genericMapParams.enableObservationInsertion = false;
+  saved.insertionOpts.maxRange = 12.5;
+  CConfigFileMemory ini;
+  saved.saveToConfigFile(ini, "map_bgkMap_00");
+  CBGKMap::TMapDefinition loaded;
+  loaded.loadFromConfigFile(ini, "map_bgkMap_00");
+  EXPECT_FALSE(loaded.genericMapParams.enableObservationInsertion);
+  EXPECT_EQ(loaded.insertionOpts.maxRange, 12.5);
+}
+
+// MRPT pads the keys that it writes, and a configuration in memory keeps the spaces.
+TEST(Options, KeysThatAreWrittenWithSpacesAreRead)
+{
+  CConfigFileMemory ini;
+  ini.write("x", "maxRange", 12.5, 30, 20, "padded");
+  mrpt::maps::TMapGenericParams().saveToConfigFile(ini, "c");
+  CBGKMap::TInsertionOptions insertion;
+  insertion.loadFromConfigFile(ini, "x");
+  EXPECT_EQ(insertion.maxRange, 12.5);
+  CBGKMap::TCreationOptions creation;
+  EXPECT_NO_THROW(creation.loadFromConfigFile(ini, "c"));
 }
 
 TEST(Definition, MistypedSectionsAndKeysAreNamed)

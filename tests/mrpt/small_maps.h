@@ -1,7 +1,7 @@
 #pragma once
 
 #include <lamap_mrpt/maps/CBGKMap.h>
-#include <lamap_mrpt/options/option_table.h>
+#include <lamap_mrpt/options/option_group.h>
 #include <mrpt/io/CMemoryStream.h>
 #include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
@@ -80,11 +80,11 @@ inline void setToAnother(const Option& option, TOptionGroup& group, int number)
 {
   const std::string before = option.textOf(group);
   std::vector<std::string> candidates;
-  if (const auto* choice = std::get_if<Option::Choice>(&option.access))
-    candidates = choice->names;
-  else if (std::holds_alternative<Option::Member<bool>>(option.access))
+  if (option.type == OptionType::Choice)
+    candidates = option.names;
+  else if (option.type == OptionType::Flag)
     candidates = {"true", "false"};
-  else if (std::holds_alternative<Option::Member<std::string>>(option.access))
+  else if (option.type == OptionType::Text)
     candidates = {"another text"};
   else if (before.empty() || std::stod(before) == 0)
     candidates = {std::to_string(number + 1), std::to_string(0.25 + 0.015625 * number)};
@@ -92,9 +92,7 @@ inline void setToAnother(const Option& option, TOptionGroup& group, int number)
     candidates = {std::to_string(std::stoll(before) + 1), std::to_string(std::stod(before) * 1.25),
                   std::to_string(std::stod(before) * 0.75)};
   // Numbers that are not whole take the second or third.
-  if (std::holds_alternative<Option::Member<double>>(option.access) ||
-      std::holds_alternative<Option::Member<std::optional<double>>>(option.access))
-    candidates.erase(candidates.begin());
+  if (option.type == OptionType::Number) candidates.erase(candidates.begin());
   for (const std::string& candidate : candidates)
   {
     try

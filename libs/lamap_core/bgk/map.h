@@ -84,6 +84,7 @@ class BgkMap
 
   /// The layer of cells of a planar map.
   [[nodiscard]] int32_t planarLayer() const { return planarLayer_; }
+  [[nodiscard]] size_t memoryBytes() const { return grid_.memoryBytes(); }
 
   /// α₀ and β₀ of a cell, from the prior map where it has evidence.
   [[nodiscard]] std::array<double, 2> priorOf(const CellIndex& index) const;

@@ -1,43 +1,78 @@
 #include <lamap_core/bgk/options.h>
 
-#include <lamap_core/options/legal_range.h>
-
-#include <tuple>
+#include <lamap_core/options/shared_options.h>
 
 namespace lamap
 {
-namespace
+const OptionTable& BgkStructure::optionTable()
 {
-auto fieldsOf(const BgkStructure& s)
-{
-  return std::tie(static_cast<const BlockOptions&>(s), s.priorAlpha, s.priorBeta);
+  using Self = BgkStructure;
+  static const OptionTable table = []
+  {
+    OptionTableOf<Self> all("creationOpts");
+    addResolutionOption(all);
+    addBlockOptions(all);
+    addPlanarOptions(all)
+        .add("priorAlpha", &Self::priorAlpha, plain().above(0).to(1e6),
+             "pseudo-count for occupied that every cell begins with")
+        .add("priorBeta", &Self::priorBeta, plain().above(0).to(1e6),
+             "pseudo-count for free that every cell begins with");
+    return all;
+  }();
+  return table;
 }
 
-auto fieldsOf(const BgkInference& i)
+const OptionTable& BgkInference::optionTable()
 {
-  return std::tie(static_cast<const RangeOptions&>(i), i.freeSpace, i.trainingPoints, i.freeResolution,
-                  i.freeMargin, i.freeWeight, i.freeDownsampling, i.hitDownsampling, i.protectHits, i.kernel,
-                  i.kernelSupport, i.kernelScale, i.thresholds);
+  using Self = BgkInference;
+  static const OptionTable table = []
+  {
+    OptionTableOf<Self> all("insertOpts");
+    all.add("freeSpace", &Self::freeSpace, oneOf({"samples", "line", "none"}),
+            "where a ray says free: points along it, its nearest point to each cell, nowhere");
+    addFreeSampleOptions(all, 1).add("freeWeight", &Self::freeWeight, plain().from(0).to(1e3),
+                                     "weight of free evidence");
+    addTrainingPointOptions(all)
+        .add("protectHits", &Self::protectHits, plain().from(0).to(kWholeMost),
+             "a cell with this many hits in a scan takes no free evidence from it; 0: none is protected")
+        .add("kernel", &Self::kernel, oneOf({"sparse", "sparseMatern32", "wendlandC2"}),
+             "how evidence falls with distance")
+        // A kernel of hundreds of cells is a mistake in the unit, and would not end.
+        .add("kernelSupport", &Self::kernelSupport,
+             metres().above(0).to(kMetresMost).atMostCells(64).usuallyCells(2),
+             "a point says nothing from this distance on; 3 to 4 cells suit sparse scans")
+        .add("kernelScale", &Self::kernelScale, plain().above(0).to(1e3), "evidence at distance zero")
+        .onlyWhere({"freeResolution", "freeDownsampling"}, {{"freeSpace", {"samples"}}})
+        .onlyWhere({"freeMargin", "freeWeight", "protectHits"}, {{"freeSpace", {"samples", "line"}}});
+    addRangeOptions(all);
+    addThresholdOptions(all);
+    return addVarianceThresholdOption(all, 1);
+  }();
+  return table;
 }
-
-}  // namespace
 
 void BgkStructure::validate() const
 {
-  BlockOptions::validate();
-  requireLegal(priorAlpha > 0 && priorAlpha <= 1e6, "priorAlpha", priorAlpha, "a number > 0, at most 1e6");
-  requireLegal(priorBeta > 0 && priorBeta <= 1e6, "priorBeta", priorBeta, "a number > 0, at most 1e6");
+  requireLegalOptions(*this, resolution);
 }
 
 BgkInference BgkInference::resolved(double resolution_m) const
 {
-  constexpr double kDefaultSupport_cells = 2.0;
-  BgkInference filled = *this;
-  filled.freeResolution = freeResolution.value_or(resolution_m);
-  filled.freeMargin = freeMargin.value_or(resolution_m);
-  filled.hitDownsampling = hitDownsampling.value_or(resolution_m);
-  filled.kernelSupport = kernelSupport.value_or(kDefaultSupport_cells * resolution_m);
-  return filled;
+  return withLengths(*this, resolution_m);
+}
+
+void BgkInference::validate(double resolution_m) const
+{
+  requireLegalOptions(*this, resolution_m);
+}
+
+bool operator==(const BgkStructure& a, const BgkStructure& b)
+{
+  return sameOptions(a, b);
+}
+bool operator==(const BgkInference& a, const BgkInference& b)
+{
+  return sameOptions(a, b);
 }
 
 TrainingRules BgkInference::trainingRules() const
@@ -51,30 +86,6 @@ TrainingRules BgkInference::trainingRules() const
   rules.hitDownsampling = *hitDownsampling;
   rules.protectHits = protectHits;
   return rules;
-}
-
-void BgkInference::validate(double resolution_m) const
-{
-  const BgkInference filled = resolved(resolution_m);
-  filled.trainingRules().validate(resolution_m);
-  // A kernel of hundreds of cells is a mistake in the unit, and would not end.
-  constexpr double kMaxSupport_cells = 64.0;
-  requireLegal(freeWeight >= 0 && freeWeight <= 1e3, "freeWeight", freeWeight, "a number from 0 to 1000");
-  requireLegal(*filled.kernelSupport > 0 && *filled.kernelSupport <= kMaxSupport_cells * resolution_m,
-               "kernelSupport", *filled.kernelSupport, "a length [m] > 0, at most 64 times the resolution");
-  requireLegal(kernelScale > 0 && kernelScale <= 1e3, "kernelScale", kernelScale,
-               "a number > 0, at most 1000");
-  rangeLimits().validate();
-  thresholds.validate();
-}
-
-bool operator==(const BgkStructure& a, const BgkStructure& b)
-{
-  return fieldsOf(a) == fieldsOf(b);
-}
-bool operator==(const BgkInference& a, const BgkInference& b)
-{
-  return fieldsOf(a) == fieldsOf(b);
 }
 
 BgkOptions presetOptions(BgkPreset preset)

@@ -11,6 +11,8 @@
 
 namespace lamap
 {
+class OptionTable;
+
 /// What a BGK map is made with; fixed for its life.
 struct BgkStructure : public BlockOptions
 {
@@ -19,6 +21,9 @@ struct BgkStructure : public BlockOptions
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate() const;
+
+  /// Describes every option, once.
+  [[nodiscard]] static const OptionTable& optionTable();
 
   friend bool operator==(const BgkStructure& a, const BgkStructure& b);
 };
@@ -49,6 +54,9 @@ struct BgkInference : public RangeOptions
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate(double resolution_m) const;
+
+  /// Describes every option, once.
+  [[nodiscard]] static const OptionTable& optionTable();
 
   friend bool operator==(const BgkInference& a, const BgkInference& b);
 };

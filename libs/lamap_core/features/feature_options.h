@@ -29,12 +29,9 @@ struct FeatureOptions
   [[nodiscard]] double resolvedGamma() const;
   [[nodiscard]] CompactKernel kernel() const { return CompactKernel(resolvedGamma(), cutoff); }
 
-  /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
-  void validate() const;
-  /// The same for the lattice of compact kernels in a map of cells. @throws likewise
+  /// Whether the kernel suits the lattice and the cells. @throws std::invalid_argument naming the option that
+  /// does not, its value and what is legal.
   void validateLattice(double resolution_m) const;
-
-  friend bool operator==(const FeatureOptions& a, const FeatureOptions& b);
 };
 
 }  // namespace lamap

@@ -80,6 +80,7 @@ class GpMap
 
   /// The layer of cells of a planar map.
   [[nodiscard]] int32_t planarLayer() const { return planarLayer_; }
+  [[nodiscard]] size_t memoryBytes() const { return grid_.memoryBytes(); }
 
  private:
   [[nodiscard]] OctantRule ruleFor(const StateThresholds& thresholds) const;

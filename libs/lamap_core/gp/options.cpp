@@ -1,47 +1,94 @@
 #include <lamap_core/gp/options.h>
 
-#include <lamap_core/options/legal_range.h>
-
-#include <tuple>
+#include <lamap_core/options/shared_options.h>
 
 namespace lamap
 {
-namespace
+const OptionTable& GpStructure::optionTable()
 {
-auto fieldsOf(const GpStructure& s)
-{
-  return std::tie(static_cast<const BlockOptions&>(s), s.fusion, s.signalVariance, s.noiseVariance,
-                  s.squashGain, s.minVariance);
+  using Self = GpStructure;
+  static const OptionTable table = []
+  {
+    OptionTableOf<Self> all("creationOpts");
+    addResolutionOption(all);
+    addBlockOptions(all);
+    addPlanarOptions(all)
+        .add("fusion", &Self::fusion, oneOf({"bcm", "bayes"}),
+             "what adds up in a cell: precisions and weighted means (BCM), or log-odds (no variance)")
+        .add("signalVariance", &Self::signalVariance, plain().from(1e-3).to(1e3),
+             "variance of f where there is no data")
+        .add("noiseVariance", &Self::noiseVariance, plain().from(1e-6).to(1e3),
+             "variance of a label around f")
+        .add("squashGain", &Self::squashGain, plain().above(0).to(1e6),
+             "gain of the function that makes probabilities of means and variances")
+        .add("minVariance", &Self::minVariance, plain().above(0).to(1e3).usually("noiseVariance"),
+             "smallest variance there is, for that function");
+    return all;
+  }();
+  return table;
 }
 
-auto fieldsOf(const GpInference& i)
+const OptionTable& GpInference::optionTable()
 {
-  return std::tie(static_cast<const RangeOptions&>(i), i.nested, i.freeSpace, i.trainingPoints,
-                  i.freeResolution, i.freeMargin, i.freeDownsampling, i.hitDownsampling, i.protectHits,
-                  i.kernelSupport, i.lengthScale, i.maxPoints, i.thresholds);
+  using Self = GpInference;
+  static const OptionTable table = []
+  {
+    OptionTableOf<Self> all("insertOpts");
+    all.add("nested", &Self::nested, plain(),
+            "one GP per block with data, those around a cell fused (nested BCM); otherwise one per block, on "
+            "all data around it")
+        .add("freeSpace", &Self::freeSpace, oneOf({"samples", "none"}),
+             "where a ray says free: points along it, nowhere");
+    addFreeSampleOptions(all, 2);
+    addTrainingPointOptions(all)
+        .add("protectHits", &Self::protectHits, plain().from(0).to(kWholeMost),
+             "no free points in a cell with this many hits in a scan; 0: none is protected")
+        // A support of hundreds of cells is a mistake in the unit: each GP would speak of millions of cells.
+        .add("kernelSupport", &Self::kernelSupport,
+             metres().above(0).to(kMetresMost).atMostCells(64).usuallyCells(2),
+             "a GP says nothing at this distance from all its data, and takes no data farther from its block")
+        .add("lengthScale", &Self::lengthScale, metres().above(0).to(kMetresMost).atLeastCells(0.01),
+             "correlation length of what is there")
+        .add("maxPoints", &Self::maxPoints, plain().from(1).to(4096),
+             "training points of one GP; more are split, and the parts fused")
+        .onlyWhere({"freeResolution", "freeMargin", "freeDownsampling", "protectHits"},
+                   {{"freeSpace", {"samples"}}});
+    addRangeOptions(all);
+    addThresholdOptions(all);
+    return addVarianceThresholdOption(all, 1e3).onlyWhere({"varianceThreshold"}, {{"fusion", {"bcm"}}});
+  }();
+  return table;
 }
-}  // namespace
 
 void GpStructure::validate() const
 {
-  BlockOptions::validate();
-  requireLegal(signalVariance >= 1e-3 && signalVariance <= 1e3, "signalVariance", signalVariance,
-               "a number from 0.001 to 1000");
-  requireLegal(noiseVariance >= 1e-6 && noiseVariance <= 1e3, "noiseVariance", noiseVariance,
-               "a number from 1e-06 to 1000");
-  requireLegal(squashGain > 0 && squashGain <= 1e6, "squashGain", squashGain, "a number > 0, at most 1e6");
-  requireLegal(resolvedMinVariance() > 0 && resolvedMinVariance() <= 1e3, "minVariance",
-               resolvedMinVariance(), "a number > 0, at most 1000");
+  requireLegalOptions(*this, resolution);
+}
+
+GpStructure GpStructure::resolved() const
+{
+  GpStructure filled = *this;
+  filled.minVariance = resolvedMinVariance();
+  return filled;
 }
 
 GpInference GpInference::resolved(double resolution_m) const
 {
-  GpInference filled = *this;
-  filled.freeResolution = freeResolution.value_or(2.0 * resolution_m);
-  filled.freeMargin = freeMargin.value_or(resolution_m);
-  filled.hitDownsampling = hitDownsampling.value_or(resolution_m);
-  filled.kernelSupport = kernelSupport.value_or(2.0 * resolution_m);
-  return filled;
+  return withLengths(*this, resolution_m);
+}
+
+void GpInference::validate(double resolution_m) const
+{
+  requireLegalOptions(*this, resolution_m);
+}
+
+bool operator==(const GpStructure& a, const GpStructure& b)
+{
+  return sameOptions(a, b);
+}
+bool operator==(const GpInference& a, const GpInference& b)
+{
+  return sameOptions(a, b);
 }
 
 TrainingRules GpInference::trainingRules() const
@@ -62,30 +109,6 @@ RangeLimits GpInference::rangeLimits() const
   RangeLimits limits = RangeOptions::rangeLimits();
   limits.noReturnIsFree = limits.noReturnIsFree && freeSpace != GpFreeSpace::None;
   return limits;
-}
-
-void GpInference::validate(double resolution_m) const
-{
-  const GpInference filled = resolved(resolution_m);
-  filled.trainingRules().validate(resolution_m);
-  // A support of hundreds of cells is a mistake in the unit: each GP would speak of millions of cells.
-  constexpr double kMaxSupport_cells = 64.0;
-  requireLegal(*filled.kernelSupport > 0 && *filled.kernelSupport <= kMaxSupport_cells * resolution_m,
-               "kernelSupport", *filled.kernelSupport, "a length [m] > 0, at most 64 times the resolution");
-  requireLegal(lengthScale >= 1e-2 * resolution_m && lengthScale <= 1e6, "lengthScale", lengthScale,
-               "a length [m] of at least 1/100 of the resolution");
-  requireLegal(maxPoints >= 1 && maxPoints <= 4096, "maxPoints", maxPoints, "a whole number from 1 to 4096");
-  rangeLimits().validate();
-  thresholds.validate();
-}
-
-bool operator==(const GpStructure& a, const GpStructure& b)
-{
-  return fieldsOf(a) == fieldsOf(b);
-}
-bool operator==(const GpInference& a, const GpInference& b)
-{
-  return fieldsOf(a) == fieldsOf(b);
 }
 
 GpOptions presetOptions(GpPreset preset)

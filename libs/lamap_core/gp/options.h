@@ -10,6 +10,8 @@
 
 namespace lamap
 {
+class OptionTable;
+
 /// How the Gaussian processes of several scans become one estimate of a cell.
 enum class GpFusion
 {
@@ -36,11 +38,16 @@ struct GpStructure : public BlockOptions
   std::optional<double> minVariance;  ///< σ²_min of eq. (2.25), > 0; empty: noiseVariance
 
   [[nodiscard]] double resolvedMinVariance() const { return minVariance.value_or(noiseVariance); }
+  /// The same with minVariance filled in.
+  [[nodiscard]] GpStructure resolved() const;
   /// γ·σ²_min: log-odds for each unit of mean / variance.
   [[nodiscard]] double squash() const { return squashGain * resolvedMinVariance(); }
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate() const;
+
+  /// Describes every option, once.
+  [[nodiscard]] static const OptionTable& optionTable();
 
   friend bool operator==(const GpStructure& a, const GpStructure& b);
 };
@@ -74,6 +81,9 @@ struct GpInference : public RangeOptions
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate(double resolution_m) const;
+
+  /// Describes every option, once.
+  [[nodiscard]] static const OptionTable& optionTable();
 
   friend bool operator==(const GpInference& a, const GpInference& b);
 };

@@ -2,6 +2,7 @@
 
 #include <lamap_core/grid/octant_rule.h>
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -15,12 +16,11 @@ struct CellOptions
   double planarHeight = 0.0;  ///< [m], in the layer of a planar map
 
   /// The layer of cells of a planar map.
-  [[nodiscard]] std::optional<int32_t> planarLayer() const;
-
-  /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
-  void validate() const;
-
-  friend bool operator==(const CellOptions& a, const CellOptions& b);
+  [[nodiscard]] std::optional<int32_t> planarLayer() const
+  {
+    if (!planar) return std::nullopt;
+    return static_cast<int32_t>(std::floor(planarHeight / resolution));
+  }
 };
 
 /// The cells of a map that holds them in blocks.
@@ -28,11 +28,6 @@ struct BlockOptions : public CellOptions
 {
   int blockDepth = 4;  ///< a block is 2^(blockDepth−1) cells wide; 2 to 6
   Pruning pruning = Pruning::Lossless;
-
-  /// @throws as CellOptions::validate()
-  void validate() const;
-
-  friend bool operator==(const BlockOptions& a, const BlockOptions& b);
 };
 
 }  // namespace lamap

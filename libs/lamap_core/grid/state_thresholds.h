@@ -12,9 +12,6 @@ struct StateThresholds
   double variance =
       0.0;  ///< a cell is unknown unless its variance is below this; 0: variances are not considered
 
-  /// @throws std::invalid_argument naming the first illegal threshold, its value and the legal range.
-  void validate() const;
-
   friend bool operator==(const StateThresholds& a, const StateThresholds& b)
   {
     return a.free == b.free && a.occupied == b.occupied && a.variance == b.variance;

@@ -3,6 +3,7 @@
 #include <lamap_core/features/rows.h>
 #include <lamap_core/learning/lbfgs.h>
 #include <lamap_core/learning/sgd.h>
+#include <lamap_core/math/portable_math.h>
 #include <lamap_core/math/workers.h>
 #include <lamap_core/options/legal_range.h>
 #include <tsl/robin_map.h>
@@ -815,6 +816,40 @@ void HilbertMap::restoreLattice(const HilbertState& state, HilbertLattice<SitePo
               "a weight is not finite, or its precision negative");
     lattice.put(block.index, {block.bits, block.weights});
   }
+}
+
+namespace
+{
+CellEstimate estimateOf(double logodds, const StateThresholds& thresholds)
+{
+  CellEstimate cell;
+  cell.prob = logistic(logodds);
+  cell.state = stateOf(cell.prob, thresholds);
+  cell.evidence = {logodds, 0};
+  return cell;
+}
+}  // namespace
+
+std::optional<CellEstimate> HilbertMap::at(const Eigen::Vector3d& point_map,
+                                           const StateThresholds& thresholds) const
+{
+  const auto logodds = logoddsAt(point_map);
+  if (!logodds) return std::nullopt;
+  return estimateOf(*logodds, thresholds);
+}
+
+std::optional<CellEstimate> HilbertMap::cell(const CellIndex& cell, const StateThresholds& thresholds) const
+{
+  const auto logodds = logoddsOf(cell);
+  if (!logodds) return std::nullopt;
+  return estimateOf(*logodds, thresholds);
+}
+
+void HilbertMap::visitCells(const StateThresholds& thresholds, const EstimateVisitor& visitor,
+                            unsigned threads) const
+{
+  visitCells([&](const CellIndex& cell, double logodds) { visitor(cell, estimateOf(logodds, thresholds)); },
+             threads);
 }
 
 }  // namespace lamap

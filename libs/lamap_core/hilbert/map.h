@@ -109,6 +109,16 @@ class HilbertMap
   void logoddsOf(const CellIndex& first, const std::array<int, 3>& counts,
                  std::vector<ReachedLogodds>& out) const;
 
+  /// What the map says at a point [m], or of a cell; nothing where no feature reaches.
+  [[nodiscard]] std::optional<CellEstimate> at(const Eigen::Vector3d& point_map,
+                                               const StateThresholds& thresholds) const;
+  [[nodiscard]] std::optional<CellEstimate> cell(const CellIndex& cell,
+                                                 const StateThresholds& thresholds) const;
+  using EstimateVisitor = std::function<void(const CellIndex&, const CellEstimate&)>;
+  /// As visitCells() below.
+  void visitCells(const StateThresholds& thresholds, const EstimateVisitor& visitor,
+                  unsigned threads = 1) const;
+
   using CellVisitor = std::function<void(const CellIndex&, double logodds)>;
   /// Every cell whose centre a feature reaches, once, in no promised order. @param threads as insert()
   void visitCells(const CellVisitor& visitor, unsigned threads = 1) const;

@@ -12,6 +12,8 @@
 
 namespace lamap
 {
+class OptionTable;
+
 /// How one model learns scan by scan.
 enum class HilbertTraining
 {
@@ -28,11 +30,19 @@ struct HilbertStructure : public CellOptions, public FeatureOptions
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate() const;
 
+  /// The same with gamma filled in.
+  [[nodiscard]] HilbertStructure resolved() const;
+  /// Describes every option, once.
+  [[nodiscard]] static const OptionTable& optionTable();
+
   friend bool operator==(const HilbertStructure& a, const HilbertStructure& b);
 };
 
 /// How scans are learned; may change from scan to scan.
-struct HilbertInference : public HilbertSampling, public RangeOptions, public DescentOptions
+struct HilbertInference : public HilbertSampling,
+                          public RangeOptions,
+                          public DescentOptions,
+                          public UncertainInputs
 {
   std::optional<HilbertSolver> solver;  ///< empty: SgdL1 where training is `Sgd`, else Lbfgs
   std::optional<uint32_t> iterations;   ///< of Lbfgs; empty: 10 for `Incremental`, 25 for `Batch`
@@ -41,8 +51,27 @@ struct HilbertInference : public HilbertSampling, public RangeOptions, public De
   [[nodiscard]] HilbertSolver solverFor(HilbertTraining training) const;
   [[nodiscard]] uint32_t iterationsFor(HilbertTraining training) const;
 
+  /// The same with what the training decides filled in.
+  [[nodiscard]] HilbertInference resolved(const HilbertStructure& structure) const;
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate(const HilbertStructure& structure) const;
+  /// Describes every option, once.
+  [[nodiscard]] static const OptionTable& optionTable();
 };
+
+/// Named sets of both kinds of options.
+enum class HilbertPreset
+{
+  Default,
+  Thesis  ///< global Hilbert map (thesis 3.2): batch, 100 Nyström components, SGD with L1, points as they are
+};
+
+struct HilbertOptions
+{
+  HilbertStructure structure;
+  HilbertInference inference;
+};
+
+[[nodiscard]] HilbertOptions presetOptions(HilbertPreset preset);
 
 }  // namespace lamap

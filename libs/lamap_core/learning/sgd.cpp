@@ -1,5 +1,7 @@
 #include <lamap_core/learning/sgd.h>
 
+#include <lamap_core/options/option_table.h>
+
 #include <lamap_core/math/portable_math.h>
 #include <lamap_core/math/wide_floats.h>
 
@@ -236,7 +238,7 @@ uint64_t trainSgd(const FeatureRows& rows, const std::vector<float>& labels,
                   const std::vector<float>& weights, const SgdOptions& options, uint64_t stepsBefore,
                   std::vector<float>& u)
 {
-  options.validate();
+  requireLegalOptions<DescentOptions>(options, std::nullopt);
   SgdTrainer trainer(rows, options, u);
   std::vector<uint32_t> order(rows.points());
   std::iota(order.begin(), order.end(), 0u);

@@ -1,19 +1,18 @@
 #include <lamap_core/learning/solver_options.h>
 
-#include <lamap_core/options/legal_range.h>
+#include <lamap_core/options/option_table.h>
 
 namespace lamap
 {
-void DescentOptions::validate() const
+const OptionTable& DescentOptions::optionTable()
 {
-  requireLegal(alpha >= 1e-12 && alpha <= 1e6, "alpha", alpha, "a number from 1e-12 to 1e6");
-  requireLegal(epochs >= 1 && epochs <= 100000, "epochs", epochs, "a whole number from 1 to 100000");
-}
-
-void requireIterations(double iterations)
-{
-  requireLegal(iterations >= 1 && iterations <= 100000, "iterations", iterations,
-               "a whole number from 1 to 100000");
+  static const OptionTable table =
+      OptionTableOf<DescentOptions>("insertOpts")
+          .add("alpha", &DescentOptions::alpha, plain().from(1e-12).to(1e6), "penalty of sgdL1 and sgdL2")
+          .add("epochs", &DescentOptions::epochs, plain().from(1).to(1e5),
+               "passes of sgdL1 and sgdL2 over the points")
+          .onlyWhere({"alpha", "epochs"}, {{"solver", {"sgdL1", "sgdL2"}}});
+  return table;
 }
 
 }  // namespace lamap

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <cstdint>
-
 namespace lamap
 {
+class OptionTable;
+
 /// What minimizes the loss.
 enum class HilbertSolver
 {
@@ -18,16 +18,8 @@ struct DescentOptions
   double alpha = 1e-5;  ///< α, weight of the penalty; from 1e-12 to 1e6
   int epochs = 5;       ///< passes over all training points, from 1 to 100,000
 
-  /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
-  void validate() const;
-
-  friend bool operator==(const DescentOptions& a, const DescentOptions& b)
-  {
-    return a.alpha == b.alpha && a.epochs == b.epochs;
-  }
+  /// Describes them, once.
+  [[nodiscard]] static const OptionTable& optionTable();
 };
-
-/// Refuses a number of iterations of L-BFGS that is not legal. @throws std::invalid_argument
-void requireIterations(double iterations);
 
 }  // namespace lamap

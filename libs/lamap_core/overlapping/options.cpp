@@ -1,71 +1,90 @@
 #include <lamap_core/overlapping/options.h>
 
-#include <lamap_core/options/legal_range.h>
-
-#include <cmath>
-#include <tuple>
+#include <lamap_core/options/hilbert_options.h>
 
 namespace lamap
 {
-namespace
+const OptionTable& OverlappingStructure::optionTable()
 {
-auto fieldsOf(const OverlappingStructure& s)
-{
-  return std::tie(static_cast<const BlockOptions&>(s), static_cast<const FeatureOptions&>(s),
-                  s.outOfFieldLimit, s.keepModels);
+  using Self = OverlappingStructure;
+  static const OptionTable table = []
+  {
+    OptionTableOf<Self> all("creationOpts");
+    addResolutionOption(all);
+    addBlockOptions(all);
+    addPlanarOptions(all);
+    return addFeatureOptions(all)
+        .add("outOfFieldLimit", &Self::outOfFieldLimit, plain().from(0).to(1e3),
+             "log-odds that cells no scan had in its field are held to; 0: models say nothing there")
+        .add("keepModels", &Self::keepModels, plain(),
+             "keep models, for queries at points and for moving them; otherwise cells are all there is")
+        .onlyWhere({"cutoff", "latticeSpacing"}, {{"features", {"compact"}}})
+        .check(
+            [](const Self& self)
+            {
+              if (self.features == HilbertFeatures::Compact) self.validateLattice(self.resolution);
+            });
+  }();
+  return table;
 }
 
-auto fieldsOf(const OverlappingInference& i)
+const OptionTable& OverlappingInference::optionTable()
 {
-  return std::tie(static_cast<const HilbertSampling&>(i), static_cast<const RangeOptions&>(i),
-                  static_cast<const DescentOptions&>(i), i.solver, i.iterations, i.scansPerModel,
-                  i.boxQuantile, i.fieldNear, i.fieldDepth, i.fieldAngle, i.fieldWeight, i.thresholds);
+  using Self = OverlappingInference;
+  static const OptionTable table = []
+  {
+    OptionTableOf<Self> all("insertOpts");
+    addSamplingOptions(all);
+    addRangeOptions(all).add("solver", &Self::solver, oneOf({"lbfgs", "sgdL1", "sgdL2"}),
+                             "what minimizes the loss");
+    addSolverOptions<DescentOptions>(all)
+        .add("scansPerModel", &Self::scansPerModel, plain().from(1).to(1e4),
+             "scans that one model is trained on together")
+        .add("boxQuantile", &Self::boxQuantile, plain().from(0).to(0.4999),
+             "share of the training points left out of a model's box at each of its ends: outliers")
+        .add("fieldNear", &Self::fieldNear, metres().from(0).to(kMetresMost),
+             "cells this near to the sensor are in its field")
+        .add("fieldDepth", &Self::fieldDepth, metres().from(0).to(kMetresMost),
+             "how far the field reaches behind the end of a ray")
+        .add("fieldAngle", &Self::fieldAngle, OptionTraits{"deg"}.from(0.1).to(90),
+             "edge of the bins of directions that share a depth")
+        .add("fieldWeight", &Self::fieldWeight, plain().from(1e-3).to(1e3),
+             "weight of log-odds in the field, because their sum is overconfident");
+    addUncertaintyOptions(all);
+    return addThresholdOptions(all).check(
+        [](const Self& self)
+        {
+          requireLegal(self.thresholds.variance == 0, "varianceThreshold", self.thresholds.variance,
+                       "0: Hilbert maps give no variance");
+        });
+  }();
+  return table;
 }
 
-void requireNotNegative(const char* name, double value)
+OverlappingStructure OverlappingStructure::resolved() const
 {
-  requireLegal(value >= 0 && std::isfinite(value), name, value, "a finite number >= 0");
+  OverlappingStructure filled = *this;
+  filled.gamma = resolvedGamma();
+  return filled;
 }
-
-void requireFromTo(const char* name, double value, double low, double high, const std::string& legal)
-{
-  requireLegal(value >= low && value <= high, name, value, legal);
-}
-
-}  // namespace
 
 void OverlappingStructure::validate() const
 {
-  BlockOptions::validate();
-  FeatureOptions::validate();
-  requireFromTo("outOfFieldLimit", outOfFieldLimit, 0, 1e3, "a number from 0 to 1000");
-  if (features == HilbertFeatures::Compact) validateLattice(resolution);
+  requireLegalOptions(*this, resolution);
 }
 
 void OverlappingInference::validate() const
 {
-  rangeLimits().validate();
-  HilbertSampling::validate();
-  requireIterations(iterations);
-  DescentOptions::validate();
-  requireFromTo("scansPerModel", scansPerModel, 1, 10000, "a whole number from 1 to 10000");
-  requireLegal(boxQuantile >= 0 && boxQuantile < 0.5, "boxQuantile", boxQuantile, "in [0, 0.5)");
-  requireNotNegative("fieldNear", fieldNear);
-  requireNotNegative("fieldDepth", fieldDepth);
-  requireFromTo("fieldAngle", fieldAngle, 0.1, 90, "degrees from 0.1 to 90");
-  requireFromTo("fieldWeight", fieldWeight, 1e-3, 1e3, "a number from 0.001 to 1000");
-  thresholds.validate();
-  requireLegal(thresholds.variance == 0, "varianceThreshold", thresholds.variance,
-               "0: Hilbert maps give no variance");
+  requireLegalOptions(*this, std::nullopt);
 }
 
 bool operator==(const OverlappingStructure& a, const OverlappingStructure& b)
 {
-  return fieldsOf(a) == fieldsOf(b);
+  return sameOptions(a, b);
 }
 bool operator==(const OverlappingInference& a, const OverlappingInference& b)
 {
-  return fieldsOf(a) == fieldsOf(b);
+  return sameOptions(a, b);
 }
 
 OverlappingOptions presetOptions(OverlappingPreset preset)

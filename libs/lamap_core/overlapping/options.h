@@ -11,6 +11,8 @@
 
 namespace lamap
 {
+class OptionTable;
+
 /// What an overlapping Hilbert map is made with; fixed for its life.
 struct OverlappingStructure : public BlockOptions, public FeatureOptions
 {
@@ -18,13 +20,20 @@ struct OverlappingStructure : public BlockOptions, public FeatureOptions
                                  ///< models say nothing outside of their field
   bool keepModels = true;        ///< for queries at points and for moving models; else cells are all there is
 
+  /// The same with gamma filled in.
+  [[nodiscard]] OverlappingStructure resolved() const;
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate() const;
+  /// Describes every option, once.
+  [[nodiscard]] static const OptionTable& optionTable();
   friend bool operator==(const OverlappingStructure& a, const OverlappingStructure& b);
 };
 
 /// How scans become models and these become evidence. Lengths in metres.
-struct OverlappingInference : public HilbertSampling, public RangeOptions, public DescentOptions
+struct OverlappingInference : public HilbertSampling,
+                              public RangeOptions,
+                              public DescentOptions,
+                              public UncertainInputs
 {
   HilbertSolver solver = HilbertSolver::Lbfgs;
   int iterations = 25;         ///< of L-BFGS, at most
@@ -39,6 +48,8 @@ struct OverlappingInference : public HilbertSampling, public RangeOptions, publi
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate() const;
+  /// Describes every option, once.
+  [[nodiscard]] static const OptionTable& optionTable();
   friend bool operator==(const OverlappingInference& a, const OverlappingInference& b);
 };
 

@@ -18,13 +18,6 @@ struct RangeOptions
   {
     return {minRange, maxRange, considerInvalidRangesAsFreeSpace, rayDecimation};
   }
-
-  friend bool operator==(const RangeOptions& a, const RangeOptions& b)
-  {
-    return a.minRange == b.minRange && a.maxRange == b.maxRange &&
-           a.considerInvalidRangesAsFreeSpace == b.considerInvalidRangesAsFreeSpace &&
-           a.rayDecimation == b.rayDecimation;
-  }
 };
 
 }  // namespace lamap

@@ -31,6 +31,14 @@ struct HilbertSampling
   friend bool operator==(const HilbertSampling& a, const HilbertSampling& b);
 };
 
+/// What makes a scan's points uncertain, as options (thesis 3.2.4; Ramos and Ott 2015).
+struct UncertainInputs
+{
+  bool usePoseCovariance = false;  ///< of the pose that an observation is inserted at, where it has one
+  double rangeStd = 0.0;           ///< [m] along each ray
+  double pointStd = 0.0;           ///< [m] of each point, along each axis
+};
+
 /// How sure it is where a scan's points are, for Gaussian errors.
 struct HilbertUncertainty
 {

@@ -30,9 +30,6 @@ struct TrainingRules
   double freeDownsampling = 0;  ///< `Centroids`: voxel edge in which free points are averaged; 0: none
   double hitDownsampling = 0;   ///< `Centroids`: voxel edge in which hits are averaged; 0: none
   uint32_t protectHits = 0;     ///< a cell with so many raw hits is marked as protected; 0: none is
-
-  /// @throws std::invalid_argument naming the first illegal length, and the legal range.
-  void validate(double resolution_m) const;
 };
 
 /// A length that is a whole number of cells but for the rounding of the division is that number: cells at

@@ -9,6 +9,8 @@
 #include <mrpt/core/exceptions.h>
 #include <mrpt/maps/CMetricMap.h>
 #include <mrpt/maps/CSimpleMap.h>
+#include <mrpt/maps/TMetricMapInitializer.h>
+#include <mrpt/maps/TMetricMapTypesRegistry.h>
 #include <mrpt/obs/CObservationRotatingScan.h>
 
 #include <Eigen/Core>
@@ -19,8 +21,7 @@
 #include <type_traits>
 #include <utility>
 
-// MRPT 2.11.3 brought, all at once: NearestNeighborsCapable, the virtual CMetricMap::boundingBox(), and map
-// factories that return shared pointers.
+// MRPT 2.11.3 brought NearestNeighborsCapable and the virtual CMetricMap::boundingBox().
 #if __has_include(<mrpt/maps/NearestNeighborsCapable.h>)
 #define LAMAP_MRPT_SINCE_2_11_3 1
 /// For methods that override one of CMetricMap since MRPT 2.11.3 but not before.
@@ -33,21 +34,21 @@
 
 namespace lamap::compat
 {
-/// What internal_CreateFromMapDefinition() of a map class returns.
-#if LAMAP_MRPT_SINCE_2_11_3
-using CreatedMap = mrpt::maps::CMetricMap::Ptr;
-#else
-using CreatedMap = mrpt::maps::CMetricMap*;
-#endif
+/// What the factories of a map class return: pointers, which the caller owns, or shared pointers.
+using CreatedDefinition = mrpt::maps::internal::MapDefCtorFunctor::result_type;
+using CreatedMap = mrpt::maps::internal::MapCtorFromDefFunctor::result_type;
+/// The same for a map of known class.
+template <typename Map>
+using CreatedOf = std::conditional_t<std::is_pointer_v<CreatedMap>, Map*, std::shared_ptr<Map>>;
 
-/// Hands a new map over in the form that this MRPT's factory takes; its caller owns it.
-[[nodiscard]] inline CreatedMap handOver(std::unique_ptr<mrpt::maps::CMetricMap> map)
+/// Hands a new object over in the form that this MRPT's factories take.
+template <typename Created = CreatedMap, typename T>
+[[nodiscard]] Created handOver(std::unique_ptr<T> object)
 {
-#if LAMAP_MRPT_SINCE_2_11_3
-  return CreatedMap(std::move(map));
-#else
-  return map.release();
-#endif
+  if constexpr (std::is_pointer_v<Created>)
+    return object.release();
+  else
+    return Created(std::move(object));
 }
 
 /// An exception's message, without the source lines and call stack that MRPT adds to it.

@@ -109,4 +109,12 @@ std::vector<uint8_t> readPayload(mrpt::serialization::CArchive& archive)
   return payload;
 }
 
+void refuseVersion(const char* className, uint8_t version, uint8_t newestKnown)
+{
+  const std::string what = "a " + std::string(className) + " of format version " + std::to_string(version);
+  const std::string known = "; this program reads up to version " + std::to_string(newestKnown);
+  throw std::runtime_error(what + known +
+                           (version > newestKnown ? ": it was written by a newer mrpt-lamap" : ""));
+}
+
 }  // namespace lamap

@@ -28,4 +28,8 @@ void writePayload(mrpt::serialization::CArchive& archive, const std::vector<uint
  * since the map takes about as much again. The largest number where the system does not tell. */
 [[nodiscard]] uint64_t memoryForContent();
 
+/// Throws std::runtime_error for a format version that is not read here: "format version 3; this program
+/// reads up to version 1 …".
+[[noreturn]] void refuseVersion(const char* className, uint8_t version, uint8_t newestKnown);
+
 }  // namespace lamap

@@ -1,20 +1,18 @@
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 
+#include <lamap_core/options/nearest_name.h>
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/learned_map/cell_walk.h>
 #include <lamap_mrpt/learned_map/end_point_likelihood.h>
 #include <lamap_mrpt/learned_map/occupied_cells.h>
 #include <lamap_mrpt/observations/observation_rays.h>
-#include <lamap_mrpt/options/nearest_name.h>
-#include <mrpt/core/format.h>
 #include <mrpt/opengl/COpenGLScene.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <tuple>
 
 namespace lamap
 {
@@ -57,46 +55,36 @@ const OptionTable& CLearnedMap::TLikelihoodOptions::optionTable() const
 {
   using Self = TLikelihoodOptions;
   static const OptionTable table =
-      OptionTable("likelihoodOpts")
-          .add<Self>("decimation", &Self::decimation, {"", {1, 1e9}},
-                     "only every so many-th ray is looked at")
-          .add<Self>("outlierProb", &Self::outlierProb, {"", {1e-6, 1}},
-                     "share of returns that tell nothing; half of it is the least a return counts")
-          .add<Self>("endPointStd", &Self::endPointStd, {"m", {0, 1e3}},
-                     "uncertainty of where a return ends; 0: only the cell it ends in counts")
-          .add<Self>("unobservedProb", &Self::unobservedProb, {"", {0, 1}},
-                     "P(occupied) that counts where the map has no evidence")
-          .add<Self>("independence", &Self::independence, {"", {0, 1, false}},
-                     "factor of the log-likelihood, below 1 because neighbouring rays err together");
+      OptionTableOf<Self>("likelihoodOpts")
+          .add("decimation", &Self::decimation, plain().from(1).to(1e9),
+               "use every Nth ray of an observation")
+          .add("outlierProb", &Self::outlierProb, plain().from(1e-6).to(1),
+               "share of returns that carry no information; half of it is the least a return counts")
+          .add("endPointStd", &Self::endPointStd, metres().from(0).to(1e3),
+               "standard deviation of where a return ends; 0: only the cell it ends in counts")
+          .add("unobservedProb", &Self::unobservedProb, plain().from(0).to(1),
+               "P(occupied) that counts where the map has no evidence")
+          .add("independence", &Self::independence, plain().above(0).to(1),
+               "factor of the log-likelihood, below 1 because neighbouring rays err together");
   return table;
-}
-
-bool operator==(const CLearnedMap::TLikelihoodOptions& a, const CLearnedMap::TLikelihoodOptions& b)
-{
-  const auto fieldsOf = [](const CLearnedMap::TLikelihoodOptions& o)
-  { return std::tie(o.decimation, o.outlierProb, o.endPointStd, o.unobservedProb, o.independence); };
-  return fieldsOf(a) == fieldsOf(b);
 }
 
 const OptionTable& CLearnedMap::TRenderingOptions::optionTable() const
 {
   using Self = TRenderingOptions;
   static const OptionTable table =
-      OptionTable("renderOpts")
-          .add<Self>("generateOccupiedVoxels", &Self::generateOccupiedVoxels, {},
-                     "make cubes of occupied cells")
-          .add<Self>("visibleOccupiedVoxels", &Self::visibleOccupiedVoxels, {},
-                     "show cubes of occupied cells")
-          .add<Self>("generateFreeVoxels", &Self::generateFreeVoxels, {}, "make cubes of free cells")
-          .add<Self>("visibleFreeVoxels", &Self::visibleFreeVoxels, {}, "show cubes of free cells")
-          .add<Self>("generateGridLines", &Self::generateGridLines, {},
-                     "draw a box around the observed cells")
-          .add<Self>("hideBuriedVoxels", &Self::hideBuriedVoxels, {},
-                     "leave out occupied cells with occupied neighbours on all six sides")
-          .add<Self>("colourBy", &Self::colourBy,
-                     OptionTable::Traits::oneOf({"height", "probability", "variance"}),
-                     "what cubes are coloured by, from blue (low) to red (high)")
-          .add<Self>("freeOpacity", &Self::freeOpacity, {"", {0, 1}}, "opacity of cubes of free cells");
+      OptionTableOf<Self>("renderOpts")
+          .add("generateOccupiedVoxels", &Self::generateOccupiedVoxels, plain(),
+               "make cubes of occupied cells")
+          .add("visibleOccupiedVoxels", &Self::visibleOccupiedVoxels, plain(), "show cubes of occupied cells")
+          .add("generateFreeVoxels", &Self::generateFreeVoxels, plain(), "make cubes of free cells")
+          .add("visibleFreeVoxels", &Self::visibleFreeVoxels, plain(), "show cubes of free cells")
+          .add("generateGridLines", &Self::generateGridLines, plain(), "draw a box around the observed cells")
+          .add("hideBuriedVoxels", &Self::hideBuriedVoxels, plain(),
+               "leave out occupied cells with occupied neighbours on all six sides")
+          .add("colourBy", &Self::colourBy, oneOf({"height", "probability", "variance"}),
+               "what cubes are coloured by, from blue (low) to red (high)")
+          .add("freeOpacity", &Self::freeOpacity, plain().from(0).to(1), "opacity of cubes of free cells");
   return table;
 }
 
@@ -354,8 +342,9 @@ CellIndex CLearnedMap::addressableCell(const char* caller, double x, double y, d
 {
   const auto cell = cellAt({x, y, z}, resolution());
   if (!cell)
-    throw std::invalid_argument(mrpt::format("%s(%g, %g, %g): not a point that a cell of %g m can hold",
-                                             caller, x, y, z, resolution()));
+    throw std::invalid_argument(std::string(caller) + "(" + roundedText(x) + ", " + roundedText(y) + ", " +
+                                roundedText(z) + "): not a point that a cell of " +
+                                roundedText(resolution()) + " m can hold");
   return *cell;
 }
 
@@ -372,7 +361,7 @@ std::vector<CLearnedMap::Fact> CLearnedMap::cellFacts(const CellVisitor& also) c
         occupied += estimate.state == CellState::Occupied;
         if (also) also(cell, estimate);
       });
-  return {{"resolution", mrpt::format("%g", resolution()), "m"},
+  return {{"resolution", roundedText(resolution()), "m"},
           {"cells", std::to_string(cells), ""},
           {"occupied cells", std::to_string(occupied), ""},
           {"free cells", std::to_string(free), ""},
@@ -381,7 +370,8 @@ std::vector<CLearnedMap::Fact> CLearnedMap::cellFacts(const CellVisitor& also) c
 
 CLearnedMap::Fact CLearnedMap::memoryFact() const
 {
-  return {"memory", mrpt::format("%.3f", static_cast<double>(memoryBytes()) / (1024.0 * 1024.0)), "MiB"};
+  constexpr double kMiB = 1024.0 * 1024.0;
+  return {"memory", fixedText(static_cast<double>(memoryBytes()) / kMiB, 3), "MiB"};
 }
 
 std::vector<CLearnedMap::Fact> CLearnedMap::scanFacts() const
@@ -461,9 +451,9 @@ double CLearnedMap::internal_computeObservationLikelihood(const mrpt::obs::CObse
         made->observation = fingerprint;
         return made;
       });
-  const auto likelihood =
-      likelihood_.get([&](const EndPointLikelihood& made) { return made.options() == likelihoodOptions; },
-                      [&] { return std::make_shared<const EndPointLikelihood>(*this, likelihoodOptions); });
+  const auto likelihood = likelihood_.get(
+      [&](const EndPointLikelihood& made) { return made.options().sameOptions(likelihoodOptions); },
+      [&] { return std::make_shared<const EndPointLikelihood>(*this, likelihoodOptions); });
   return likelihood->logOf(*endPoints, takenFrom);
 }
 

@@ -1,13 +1,13 @@
 #pragma once
 
-#include <lamap_core/bgk/options.h>
 #include <lamap_core/grid/cell.h>
+#include <lamap_core/grid/state_thresholds.h>
 #include <lamap_core/scan/ray_selection.h>
 #include <lamap_core/scan/scan.h>
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/learned_map/lazy.h>
 #include <lamap_mrpt/learned_map/nearest_cells.h>
-#include <lamap_mrpt/options/option_table.h>
+#include <lamap_mrpt/options/option_group.h>
 #include <mrpt/maps/CMetricMap.h>
 #include <mrpt/maps/CPointsMap.h>
 #include <mrpt/math/TBoundingBox.h>
@@ -129,17 +129,16 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   // ---- Options ----
 
   /** How well an observation fits the map at a pose, for particle filters: see end_point_likelihood.h. */
-  struct TLikelihoodOptions : public TOptionGroup
+  struct TLikelihoodOptions : public OptionGroup<TLikelihoodOptions>
   {
-    uint32_t decimation = 5;   ///< only every so many-th ray is looked at
-    double outlierProb = 0.3;  ///< share of returns that tell nothing: half of it is the least one counts
+    uint32_t decimation = 5;  ///< use every Nth ray of an observation
+    double outlierProb =
+        0.3;  ///< share of returns that carry no information: half of it is the least one counts
     double endPointStd = 0.2;  ///< [m] uncertainty of where a return ends; 0: only the cell it ends in counts
     double unobservedProb = 0.25;  ///< P(occupied) that counts for a return where the map has no evidence
     double independence = 0.15;    ///< how much of a return counts as independent of the others
 
     [[nodiscard]] const OptionTable& optionTable() const override;
-    /// As sameOptions(), for every single likelihood.
-    friend bool operator==(const TLikelihoodOptions& a, const TLikelihoodOptions& b);
   };
   TLikelihoodOptions likelihoodOptions;
 
@@ -152,7 +151,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   };
 
   /// How the map becomes a COctoMapVoxels.
-  struct TRenderingOptions : public TOptionGroup
+  struct TRenderingOptions : public OptionGroup<TRenderingOptions>
   {
     bool generateOccupiedVoxels = true;
     bool visibleOccupiedVoxels = true;
@@ -238,7 +237,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   virtual RayCounts learnScan(const Scan& scan, const ScanPose& pose) = 0;
 
   /// Must be called after every change of cells.
-  void contentChanged();
+  virtual void contentChanged();
 
   /// The cell at a point [m]. @throws std::invalid_argument naming the caller and the point if there is none
   [[nodiscard]] CellIndex addressableCell(const char* caller, double x, double y, double z) const;

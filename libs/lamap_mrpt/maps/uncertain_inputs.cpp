@@ -1,6 +1,6 @@
-#include <lamap_mrpt/maps/map_sections.h>
 #include <lamap_mrpt/maps/uncertain_inputs.h>
 #include <lamap_mrpt/observations/isometry.h>
+#include <lamap_mrpt/options/map_sections.h>
 
 #include <cmath>
 
@@ -26,19 +26,20 @@ HilbertUncertainty uncertaintyOf(const mrpt::poses::CPose3DPDFGaussian& pose_map
   return uncertainty;
 }
 
-std::optional<HilbertUncertainty> UncertainInputs::of(const CLearnedMap::ScanPose& pose) const
+std::optional<HilbertUncertainty> uncertaintyOf(const UncertainInputs& inputs,
+                                                const CLearnedMap::ScanPose& pose)
 {
-  if (usePoseCovariance && (!pose.robot_map || pose.robot_map->cov.asEigen().isZero(0)))
+  if (inputs.usePoseCovariance && (!pose.robot_map || pose.robot_map->cov.asEigen().isZero(0)))
     warnOnce(
         "insertOpts.usePoseCovariance = true: the pose of a scan came without a covariance, or with one of "
         "zero; "
         "such scans count as certain");
   HilbertUncertainty uncertainty;
   // Where the pose is no place the rays are left out anyway.
-  if (usePoseCovariance && pose.robot_map && isometryOf(pose.robot_map->mean).matrix().allFinite())
+  if (inputs.usePoseCovariance && pose.robot_map && isometryOf(pose.robot_map->mean).matrix().allFinite())
     uncertainty = uncertaintyOf(*pose.robot_map);
-  uncertainty.rangeStd_m = rangeStd;
-  uncertainty.point = Eigen::Matrix3d::Identity() * (pointStd * pointStd);
+  uncertainty.rangeStd_m = inputs.rangeStd;
+  uncertainty.point = Eigen::Matrix3d::Identity() * (inputs.pointStd * inputs.pointStd);
   if (!uncertainty.any()) return std::nullopt;
   return uncertainty;
 }

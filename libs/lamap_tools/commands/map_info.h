@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_mrpt/options/option_table.h>
+#include <lamap_mrpt/options/option_group.h>
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/cells/cell_table.h>
 

@@ -1,7 +1,7 @@
 #include <lamap_core/scan/scan_labels.h>
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
-#include <lamap_mrpt/options/option_table.h>
+#include <lamap_mrpt/options/option_group.h>
 #include <lamap_tools/commands/tune.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/scan_inserter.h>

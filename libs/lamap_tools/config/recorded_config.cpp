@@ -1,5 +1,5 @@
-#include <lamap_mrpt/options/nearest_name.h>
-#include <lamap_mrpt/options/option_table.h>
+#include <lamap_core/options/nearest_name.h>
+#include <lamap_mrpt/options/option_group.h>
 #include <lamap_tools/config/ini_lines.h>
 #include <lamap_tools/config/recorded_config.h>
 #include <strings.h>

@@ -1,6 +1,6 @@
+#include <lamap_core/options/nearest_name.h>
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
-#include <lamap_mrpt/options/nearest_name.h>
 #include <lamap_sim/truth.h>
 #include <lamap_tools/config/map_setup.h>
 #include <lamap_tools/files/file_output.h>

@@ -1,4 +1,4 @@
-#include <lamap_mrpt/options/nearest_name.h>
+#include <lamap_core/options/nearest_name.h>
 
 #include <algorithm>
 #include <cctype>

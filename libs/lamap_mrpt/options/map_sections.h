@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_mrpt/learned_map/CLearnedMap.h>
+#include <lamap_mrpt/options/option_group.h>
 #include <mrpt/config/CConfigFileBase.h>
 #include <mrpt/maps/metric_map_types.h>
 
@@ -14,6 +14,8 @@ inline constexpr const char* kCreationSection = "_creationOpts";
 inline constexpr const char* kInsertSection = "_insertOpts";
 inline constexpr const char* kLikelihoodSection = "_likelihoodOpts";
 inline constexpr const char* kRenderSection = "_renderOpts";
+
+// The sections of an .ini file that describe one map.
 
 /** Refuses sections that begin like a map's but that nothing reads.
  * @param prefix e.g. "map_bgkMap_00"
@@ -44,38 +46,8 @@ void warnOnce(const std::string& message);
 /// Keys in creationOpts that MRPT reads for every map, all of them yes or no.
 [[nodiscard]] std::vector<std::string> genericMapKeys();
 
-/// The options of a map that do not depend on its learner.
-struct StoredOptions
-{
-  CLearnedMap::TLikelihoodOptions likelihood;
-  CLearnedMap::TRenderingOptions rendering;
-  mrpt::maps::TMapGenericParams generic;
-
-  void handTo(CLearnedMap& map) const;
-};
-
-/// What follows a map's cells in its files: its insertion options, and those that do not depend on the
-/// learner.
-void writeOptions(const TOptionGroup& insertion, const CLearnedMap& map, ByteWriter& out);
-/// @throws std::runtime_error as TOptionGroup::read().
-[[nodiscard]] StoredOptions readOptions(TOptionGroup& insertion, ByteReader& in);
-
-/// As CLearnedMap::visitOptionGroups() is to: the four groups, each with a new one of its class.
-template <typename Creation, typename Insertion>
-void visitGroups(const Creation& creation, const Insertion& insertion, const CLearnedMap& map,
-                 const CLearnedMap::VisitGroup& visit)
-{
-  Creation newCreation;
-  visit(creation, newCreation);
-  Insertion newInsertion;
-  visit(insertion, newInsertion);
-  CLearnedMap::TLikelihoodOptions newLikelihood;
-  visit(map.likelihoodOptions, newLikelihood);
-  CLearnedMap::TRenderingOptions newRendering;
-  visit(map.renderingOptions, newRendering);
-}
-
-/// "format version 3; this program reads version 1 …", for a version that is not read here.
-[[noreturn]] void refuseVersion(const char* className, uint8_t version, uint8_t newestKnown);
+/// Writes these keys so that this program and MRPT find them again in the same configuration: not padded.
+void saveGenericParams(const mrpt::maps::TMapGenericParams& params, mrpt::config::CConfigFileBase& target,
+                       const std::string& section);
 
 }  // namespace lamap

@@ -1,8 +1,8 @@
-#include <lamap_mrpt/maps/map_sections.h>
-#include <lamap_mrpt/options/nearest_name.h>
+#include <lamap_mrpt/options/map_sections.h>
+
+#include <lamap_core/options/nearest_name.h>
 
 #include <algorithm>
-#include <cctype>
 #include <iostream>
 #include <mutex>
 #include <optional>
@@ -16,8 +16,7 @@ namespace
 {
 bool sameIgnoringCase(const std::string& a, const std::string& b)
 {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
+  return lowerCase(a) == lowerCase(b);
 }
 
 std::string listed(const std::vector<std::string>& texts)
@@ -127,41 +126,15 @@ std::vector<std::string> genericMapKeys()
   return {"enableSaveAs3DObject", "enableObservationLikelihood", "enableObservationInsertion"};
 }
 
-void StoredOptions::handTo(CLearnedMap& map) const
+void saveGenericParams(const mrpt::maps::TMapGenericParams& params, mrpt::config::CConfigFileBase& target,
+                       const std::string& section)
 {
-  map.likelihoodOptions = likelihood;
-  map.renderingOptions = rendering;
-  map.genericMapParams = generic;
-}
-
-void writeOptions(const TOptionGroup& insertion, const CLearnedMap& map, ByteWriter& out)
-{
-  insertion.write(out);
-  map.likelihoodOptions.write(out);
-  map.renderingOptions.write(out);
-  out.number(map.genericMapParams.enableSaveAs3DObject);
-  out.number(map.genericMapParams.enableObservationLikelihood);
-  out.number(map.genericMapParams.enableObservationInsertion);
-}
-
-StoredOptions readOptions(TOptionGroup& insertion, ByteReader& in)
-{
-  insertion.read(in);
-  StoredOptions stored;
-  stored.likelihood.read(in);
-  stored.rendering.read(in);
-  stored.generic.enableSaveAs3DObject = in.number<bool>();
-  stored.generic.enableObservationLikelihood = in.number<bool>();
-  stored.generic.enableObservationInsertion = in.number<bool>();
-  return stored;
-}
-
-void refuseVersion(const char* className, uint8_t version, uint8_t newestKnown)
-{
-  const std::string what = "a " + std::string(className) + " of format version " + std::to_string(version);
-  const std::string known = "; this program reads up to version " + std::to_string(newestKnown);
-  throw std::runtime_error(what + known +
-                           (version > newestKnown ? ": it was written by a newer mrpt-lamap" : ""));
+  constexpr int kNotPadded = -1;
+  const auto save = [&](const char* key, bool flag, const char* doc)
+  { target.write(section, key, std::string(flag ? "true" : "false"), kNotPadded, kNotPadded, doc); };
+  save("enableSaveAs3DObject", params.enableSaveAs3DObject, "show this map in 3D views");
+  save("enableObservationLikelihood", params.enableObservationLikelihood, "score observations by this map");
+  save("enableObservationInsertion", params.enableObservationInsertion, "insert observations into this map");
 }
 
 }  // namespace lamap

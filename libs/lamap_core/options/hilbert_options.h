@@ -1,0 +1,73 @@
+#pragma once
+
+#include <lamap_core/options/shared_options.h>
+
+// Options that both kinds of Hilbert maps have, each group in the order in which files hold it.
+// @tparam Self the struct of options, which has members of these names
+namespace lamap
+{
+/// features, gamma, cutoff, latticeSpacing, components, seed, priorPrecision
+template <typename Self>
+OptionTableOf<Self>& addFeatureOptions(OptionTableOf<Self>& table)
+{
+  return table
+      .add("features", &Self::features, oneOf({"compact", "nystroem"}),
+           "kernels that end, on a lattice; or Nystroem components of the whole kernel (thesis 2.4.2)")
+      .add("gamma", &Self::gamma,
+           OptionTraits{"m^-2"}.from(1e-6).to(1e6).usually("14 (compact) or 3 (nystroem)"),
+           "the kernel falls as exp(-gamma d^2)")
+      .add("cutoff", &Self::cutoff, plain().from(1e-6).to(0.999),
+           "subtracted from the compact kernel so that it ends, at its support sqrt(ln(1/cutoff)/gamma)")
+      .add("latticeSpacing", &Self::latticeSpacing, metres().from(1e-4).to(4e3),
+           "distance between neighbouring compact kernels, 0.13 to 1.15 times their support")
+      .add("components", &Self::components, plain().from(1).to(5000),
+           "m, of nystroem features; training, and loading a saved map, take time with its cube")
+      .add("seed", &Self::seed, plain().from(0).to(kWholeMost),
+           "of the inducing points and of the order in stochastic gradient descent")
+      .add("priorPrecision", &Self::priorPrecision, plain().from(1e-6).to(1e6),
+           "of each weight before any data: the L2 penalty")
+      .onlyWhere({"components"}, {{"features", {"nystroem"}}})
+      .onlyWhere({"seed"}, {{"features", {"nystroem"}}, {"solver", {"sgdL1", "sgdL2"}}});
+}
+
+/// trainingPoints, freeMargin, freeResolution, hitWeight, freeWeight
+template <typename Self>
+OptionTableOf<Self>& addSamplingOptions(OptionTableOf<Self>& table)
+{
+  return table
+      .add("trainingPoints", &Self::trainingPoints, oneOf({"cells", "points"}),
+           "hit and free cells of a scan once each, or every hit and free sample where it is")
+      .add("freeMargin", &Self::freeMargin, metres().from(0).to(kMetresMost),
+           "distance of the last free sample from its ray's hit")
+      .add("freeResolution", &Self::freeResolution, metres().from(1e-3).to(kMetresMost),
+           "distance between free samples, from there back to the sensor")
+      .add("hitWeight", &Self::hitWeight, plain().above(0).to(1e3), "weight of a hit")
+      .add("freeWeight", &Self::freeWeight, plain().from(0).to(1e3),
+           "weight of a free point; 0: no free points");
+}
+
+/// iterations, and the options of a struct that Self derives from. @tparam Descent that struct
+template <typename Descent, typename Self>
+OptionTableOf<Self>& addSolverOptions(OptionTableOf<Self>& table)
+{
+  return table
+      .add("iterations", &Self::iterations, plain().from(1).to(1e5).usually("10 (incremental) or 25"),
+           "of lbfgs, at most")
+      .onlyWhere({"iterations"}, {{"solver", {"lbfgs"}}})
+      .template include<Descent>(Descent::optionTable());
+}
+
+/// usePoseCovariance, rangeStd, pointStd
+template <typename Self>
+OptionTableOf<Self>& addUncertaintyOptions(OptionTableOf<Self>& table)
+{
+  return table
+      .add("usePoseCovariance", &Self::usePoseCovariance, plain(),
+           "points are as uncertain as the pose that their observation comes with")
+      .add("rangeStd", &Self::rangeStd, metres().from(0).to(100),
+           "standard deviation of a range: points are uncertain along their rays")
+      .add("pointStd", &Self::pointStd, metres().from(0).to(100),
+           "standard deviation of a point along each axis");
+}
+
+}  // namespace lamap

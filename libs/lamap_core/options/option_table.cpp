@@ -1,0 +1,62 @@
+#include <lamap_core/options/nearest_name.h>
+#include <lamap_core/options/option_table.h>
+
+#include <stdexcept>
+
+namespace lamap
+{
+namespace
+{
+[[noreturn]] void refuse(const Option& option, double number, const std::string& legal)
+{
+  throw std::invalid_argument(option.key + " = " + shortText(number) + ": must be " + legal);
+}
+}  // namespace
+
+const Option* OptionTable::find(const std::string& key) const
+{
+  for (const Option& option : options_)
+    if (option.key == key) return &option;
+  for (const Option& option : options_)
+    if (lowerCase(option.key) == lowerCase(key)) return &option;
+  return nullptr;
+}
+
+const Option& OptionTable::require(const std::string& key) const
+{
+  if (const Option* option = find(key)) return *option;
+  std::vector<std::string> known;
+  for (const Option& option : options_) known.push_back(option.key);
+  throw std::invalid_argument("unknown option \"" + name_ + "." + key + "\"; the nearest one is \"" + name_ +
+                              "." + nearestOf(key, known) + "\"");
+}
+
+void OptionTable::validate(ConstAnyOptions options, std::optional<double> resolution_m) const
+{
+  for (const Option& option : options_)
+  {
+    const std::optional<double> number = numberIn(option.get(options));
+    if (!number) continue;
+    if (!option.range.holds(*number, resolution_m)) refuse(option, *number, option.legalText());
+    if (option.floorKey.empty() || (option.range.orZero && *number == 0)) continue;
+    const std::optional<double> floor = numberIn(require(option.floorKey).get(options));
+    if (floor && !(option.floorIncluded ? *number >= *floor : *number > *floor))
+      refuse(option, *number, option.legalText() + "; " + option.floorKey + " is " + shortText(*floor));
+  }
+  for (const Check& check : checks_) check(options);
+}
+
+bool OptionTable::same(ConstAnyOptions a, ConstAnyOptions b) const
+{
+  return std::all_of(options_.begin(), options_.end(),
+                     [&](const Option& option) { return option.get(a) == option.get(b); });
+}
+
+void OptionTable::fillIn(AnyOptions options, double resolution_m) const
+{
+  for (const Option& option : options_)
+    if (option.emptyCells != 0 && std::holds_alternative<std::monostate>(option.get(options)))
+      option.set(options, option.emptyCells * resolution_m);
+}
+
+}  // namespace lamap
