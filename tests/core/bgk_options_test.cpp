@@ -110,7 +110,7 @@ TEST(BgkInference, RefusesLengthsThatWouldNeverEnd)
   expectInferenceRefused(&BgkInference::freeResolution, "freeResolution", {{1e-12, "e-"}, {1e-320, "e-"}});
   expectInferenceRefused(&BgkInference::hitDownsampling, "hitDownsampling", {{1e-9, "e-"}, {1e-320, "e-"}});
   expectInferenceRefused(&BgkInference::freeDownsampling, "freeDownsampling", {{1e-9, "e-"}, {1e-320, "e-"}});
-  expectInferenceRefused(&BgkInference::kernelSupport, "kernelSupport", {{1e9, "1e+09"}});
+  expectInferenceRefused(&BgkInference::kernelSupport, "kernelSupport", {{1e9, "1e9"}});
 }
 
 TEST(BgkInference, RefusesAMaximumRangeThatIsNotBeyondTheMinimum)

@@ -3,6 +3,7 @@
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/maps/CHilbertMap.h>
 #include <lamap_mrpt/maps/COverlappingHilbertMap.h>
+#include <lamap_mrpt/maps/uncertain_inputs.h>
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>

@@ -131,9 +131,9 @@ TEST(Likelihood, EveryOptionTakesEffect)
     setToAnother(option, changed.likelihoodOptions, number++);
     EXPECT_NE(changed.computeObservationLikelihood(roomScan(), partlyOutside), before) << option.key;
     CBGKMap::TLikelihoodOptions other = map.likelihoodOptions;
-    EXPECT_TRUE(other == map.likelihoodOptions);
+    EXPECT_TRUE(other.sameOptions(map.likelihoodOptions));
     setToAnother(option, other, number);
-    EXPECT_FALSE(other == map.likelihoodOptions) << option.key;
+    EXPECT_FALSE(other.sameOptions(map.likelihoodOptions)) << option.key;
   }
 }
 
