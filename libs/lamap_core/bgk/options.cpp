@@ -14,9 +14,9 @@ const OptionTable& BgkStructure::optionTable()
     addBlockOptions(all);
     addPlanarOptions(all)
         .add("priorAlpha", &Self::priorAlpha, plain().above(0).to(1e6),
-             "pseudo-count for occupied that every cell begins with")
+             "prior pseudo-count for occupied in every cell")
         .add("priorBeta", &Self::priorBeta, plain().above(0).to(1e6),
-             "pseudo-count for free that every cell begins with");
+             "prior pseudo-count for free in every cell");
     return all;
   }();
   return table;
@@ -29,18 +29,18 @@ const OptionTable& BgkInference::optionTable()
   {
     OptionTableOf<Self> all("insertOpts");
     all.add("freeSpace", &Self::freeSpace, oneOf({"samples", "line", "none"}),
-            "where a ray says free: points along it, its nearest point to each cell, nowhere");
+            "free evidence of a ray: points along it, its nearest point to each cell, or none");
     addFreeSampleOptions(all, 1).add("freeWeight", &Self::freeWeight, plain().from(0).to(1e3),
                                      "weight of free evidence");
     addTrainingPointOptions(all)
         .add("protectHits", &Self::protectHits, plain().from(0).to(kWholeMost),
              "a cell with this many hits in a scan takes no free evidence from it; 0: none is protected")
         .add("kernel", &Self::kernel, oneOf({"sparse", "sparseMatern32", "wendlandC2"}),
-             "how evidence falls with distance")
+             "how evidence decreases with distance")
         // A kernel of hundreds of cells is a mistake in the unit, and would not end.
         .add("kernelSupport", &Self::kernelSupport,
              metres().above(0).to(kMetresMost).atMostCells(64).usuallyCells(2),
-             "a point says nothing from this distance on; 3 to 4 cells suit sparse scans")
+             "a point has no effect at and beyond this distance; 3 to 4 cells suit sparse scans")
         .add("kernelScale", &Self::kernelScale, plain().above(0).to(1e3), "evidence at distance zero")
         .onlyWhere({"freeResolution", "freeDownsampling"}, {{"freeSpace", {"samples"}}})
         .onlyWhere({"freeMargin", "freeWeight", "protectHits"}, {{"freeSpace", {"samples", "line"}}});

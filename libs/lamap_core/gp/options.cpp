@@ -14,15 +14,14 @@ const OptionTable& GpStructure::optionTable()
     addBlockOptions(all);
     addPlanarOptions(all)
         .add("fusion", &Self::fusion, oneOf({"bcm", "bayes"}),
-             "what adds up in a cell: precisions and weighted means (BCM), or log-odds (no variance)")
+             "the evidence that adds up: precisions and weighted means (BCM), or log-odds (no variance)")
         .add("signalVariance", &Self::signalVariance, plain().from(1e-3).to(1e3),
              "variance of f where there is no data")
-        .add("noiseVariance", &Self::noiseVariance, plain().from(1e-6).to(1e3),
-             "variance of a label around f")
+        .add("noiseVariance", &Self::noiseVariance, plain().from(1e-6).to(1e3), "variance of labels around f")
         .add("squashGain", &Self::squashGain, plain().above(0).to(1e6),
-             "gain of the function that makes probabilities of means and variances")
+             "gain of the function that maps means and variances to probabilities")
         .add("minVariance", &Self::minVariance, plain().above(0).to(1e3).usually("noiseVariance"),
-             "smallest variance there is, for that function");
+             "minimum variance in that function");
     return all;
   }();
   return table;
@@ -36,9 +35,9 @@ const OptionTable& GpInference::optionTable()
     OptionTableOf<Self> all("insertOpts");
     all.add("nested", &Self::nested, plain(),
             "one GP per block with data, those around a cell fused (nested BCM); otherwise one per block, on "
-            "all data around it")
+            "all surrounding data")
         .add("freeSpace", &Self::freeSpace, oneOf({"samples", "none"}),
-             "where a ray says free: points along it, nowhere");
+             "free evidence of a ray: points along it, or none");
     addFreeSampleOptions(all, 2);
     addTrainingPointOptions(all)
         .add("protectHits", &Self::protectHits, plain().from(0).to(kWholeMost),
@@ -46,11 +45,11 @@ const OptionTable& GpInference::optionTable()
         // A support of hundreds of cells is a mistake in the unit: each GP would speak of millions of cells.
         .add("kernelSupport", &Self::kernelSupport,
              metres().above(0).to(kMetresMost).atMostCells(64).usuallyCells(2),
-             "a GP says nothing at this distance from all its data, and takes no data farther from its block")
+             "a GP predicts nothing this far from all its data, and uses no data farther from its block")
         .add("lengthScale", &Self::lengthScale, metres().above(0).to(kMetresMost).atLeastCells(0.01),
-             "correlation length of what is there")
+             "correlation length of the surface")
         .add("maxPoints", &Self::maxPoints, plain().from(1).to(4096),
-             "training points of one GP; more are split, and the parts fused")
+             "most training points of one GP; more are split, and the parts fused")
         .onlyWhere({"freeResolution", "freeMargin", "freeDownsampling", "protectHits"},
                    {{"freeSpace", {"samples"}}});
     addRangeOptions(all);

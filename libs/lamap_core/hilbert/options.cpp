@@ -41,7 +41,7 @@ const OptionTable& HilbertInference::optionTable()
     addSamplingOptions(all);
     addRangeOptions(all).add(
         "solver", &Self::solver, oneOf({"lbfgs", "sgdL1", "sgdL2"}),
-        "what minimizes the loss; automatic: sgdL1 where training is sgd, otherwise lbfgs");
+        "algorithm that minimizes the loss; automatic: sgdL1 where training is sgd, otherwise lbfgs");
     addSolverOptions<DescentOptions>(all);
     addUncertaintyOptions(all);
     return addThresholdOptions(all);

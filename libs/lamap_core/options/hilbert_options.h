@@ -11,21 +11,22 @@ template <typename Self>
 OptionTableOf<Self>& addFeatureOptions(OptionTableOf<Self>& table)
 {
   return table
-      .add("features", &Self::features, oneOf({"compact", "nystroem"}),
-           "kernels that end, on a lattice; or Nystroem components of the whole kernel (thesis 2.4.2)")
+      .add(
+          "features", &Self::features, oneOf({"compact", "nystroem"}),
+          "kernels of compact support on a lattice, or Nystroem components of the full kernel (thesis 2.4.2)")
       .add("gamma", &Self::gamma,
            OptionTraits{"m^-2"}.from(1e-6).to(1e6).usually("14 (compact) or 3 (nystroem)"),
-           "the kernel falls as exp(-gamma d^2)")
+           "the kernel decreases as exp(-gamma d^2)")
       .add("cutoff", &Self::cutoff, plain().from(1e-6).to(0.999),
-           "subtracted from the compact kernel so that it ends, at its support sqrt(ln(1/cutoff)/gamma)")
+           "subtracted from the compact kernel, which ends at its support sqrt(ln(1/cutoff)/gamma)")
       .add("latticeSpacing", &Self::latticeSpacing, metres().from(1e-4).to(4e3),
            "distance between neighbouring compact kernels, 0.13 to 1.15 times their support")
       .add("components", &Self::components, plain().from(1).to(5000),
-           "m, of nystroem features; training, and loading a saved map, take time with its cube")
+           "number m of nystroem features; the time to train, and to load a saved map, grows with its cube")
       .add("seed", &Self::seed, plain().from(0).to(kWholeMost),
-           "of the inducing points and of the order in stochastic gradient descent")
+           "seed of the inducing points and of the order in stochastic gradient descent")
       .add("priorPrecision", &Self::priorPrecision, plain().from(1e-6).to(1e6),
-           "of each weight before any data: the L2 penalty")
+           "prior precision of each weight: the L2 penalty")
       .onlyWhere({"components"}, {{"features", {"nystroem"}}})
       .onlyWhere({"seed"}, {{"features", {"nystroem"}}, {"solver", {"sgdL1", "sgdL2"}}});
 }
@@ -52,7 +53,7 @@ OptionTableOf<Self>& addSolverOptions(OptionTableOf<Self>& table)
 {
   return table
       .add("iterations", &Self::iterations, plain().from(1).to(1e5).usually("10 (incremental) or 25"),
-           "of lbfgs, at most")
+           "most iterations of lbfgs")
       .onlyWhere({"iterations"}, {{"solver", {"lbfgs"}}})
       .template include<Descent>(Descent::optionTable());
 }

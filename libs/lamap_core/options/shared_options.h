@@ -25,10 +25,9 @@ OptionTableOf<Self>& addBlockOptions(OptionTableOf<Self>& table)
 {
   return table
       .add("blockDepth", &Self::blockDepth, plain().from(2).to(6), "a block is 2^(blockDepth-1) cells wide")
-      .add(
-          "pruning", &Self::pruning, oneOf({"none", "lossless", "state"}),
-          "when the cells of an octant are held once; state forgets how their evidence differed, so that the "
-          "order of scans matters a little");
+      .add("pruning", &Self::pruning, oneOf({"none", "lossless", "state"}),
+           "when the cells of an octant are stored once; state discards how their evidence differed, so that "
+           "results depend slightly on the order of scans");
 }
 
 /// planar, planarHeight
@@ -55,7 +54,7 @@ OptionTableOf<Self>& addFreeSampleOptions(OptionTableOf<Self>& table, double usu
            metres().above(0).to(kMetresMost).atLeastCells(1e-3).usuallyCells(usualCells),
            "distance between free points on a ray")
       .add("freeMargin", &Self::freeMargin, metres().from(0).to(kMetresMost).usuallyCells(1),
-           "no free point is nearer to its ray's hit");
+           "no free point is closer than this to its ray's hit");
 }
 
 /// freeDownsampling, trainingPoints, hitDownsampling
@@ -66,11 +65,11 @@ OptionTableOf<Self>& addTrainingPointOptions(OptionTableOf<Self>& table)
   const OptionTraits voxelEdge = metres().from(0).to(kMetresMost).atLeastCells(0.01).orZero();
   return table
       .add("freeDownsampling", &Self::freeDownsampling, voxelEdge,
-           "edge of the voxels in which free points are averaged (centroids); 0: they are not")
+           "edge of the voxels in which free points are averaged (centroids); 0: not averaged")
       .add("trainingPoints", &Self::trainingPoints, oneOf({"cells", "centroids"}),
            "hit and free cells of a scan once each, or the mean points of voxels")
       .add("hitDownsampling", &Self::hitDownsampling, OptionTraits(voxelEdge).usuallyCells(1),
-           "edge of the voxels in which hits are averaged (centroids); 0: they are not")
+           "edge of the voxels in which hits are averaged (centroids); 0: not averaged")
       .onlyWhere({"freeDownsampling", "hitDownsampling"}, {{"trainingPoints", {"centroids"}}});
 }
 
@@ -79,9 +78,9 @@ template <typename Self>
 OptionTableOf<Self>& addRangeOptions(OptionTableOf<Self>& table)
 {
   return table
-      .add("minRange", &Self::minRange, metres().from(0).to(kMetresMost), "nearer returns are left out")
+      .add("minRange", &Self::minRange, metres().from(0).to(kMetresMost), "closer returns are ignored")
       .add("maxRange", &Self::maxRange, metres().above(0).to(kMetresMost).orZero().exceeds("minRange"),
-           "hits and free space end here; 0: what the observation states, unlimited where it states none")
+           "hits and free space end here; 0: the range that the observation states, if any")
       .add("considerInvalidRangesAsFreeSpace", &Self::considerInvalidRangesAsFreeSpace, plain(),
            "rays without a return are free up to the maximum range")
       .add("rayDecimation", &Self::rayDecimation, plain().from(1).to(kWholeMost),

@@ -15,9 +15,9 @@ const OptionTable& OverlappingStructure::optionTable()
     addPlanarOptions(all);
     return addFeatureOptions(all)
         .add("outOfFieldLimit", &Self::outOfFieldLimit, plain().from(0).to(1e3),
-             "log-odds that cells no scan had in its field are held to; 0: models say nothing there")
+             "limit of log-odds in cells outside the field of every scan; 0: no log-odds there")
         .add("keepModels", &Self::keepModels, plain(),
-             "keep models, for queries at points and for moving them; otherwise cells are all there is")
+             "keep models, for queries at points and for moving them; otherwise only cells are kept")
         .onlyWhere({"cutoff", "latticeSpacing"}, {{"features", {"compact"}}})
         .check(
             [](const Self& self)
@@ -36,18 +36,18 @@ const OptionTable& OverlappingInference::optionTable()
     OptionTableOf<Self> all("insertOpts");
     addSamplingOptions(all);
     addRangeOptions(all).add("solver", &Self::solver, oneOf({"lbfgs", "sgdL1", "sgdL2"}),
-                             "what minimizes the loss");
+                             "algorithm that minimizes the loss");
     addSolverOptions<DescentOptions>(all)
         .add("scansPerModel", &Self::scansPerModel, plain().from(1).to(1e4),
              "scans that one model is trained on together")
         .add("boxQuantile", &Self::boxQuantile, plain().from(0).to(0.4999),
-             "share of the training points left out of a model's box at each of its ends: outliers")
+             "share of training points excluded from a model's box at each of its ends, as outliers")
         .add("fieldNear", &Self::fieldNear, metres().from(0).to(kMetresMost),
-             "cells this near to the sensor are in its field")
+             "cells within this distance of the sensor are in its field")
         .add("fieldDepth", &Self::fieldDepth, metres().from(0).to(kMetresMost),
-             "how far the field reaches behind the end of a ray")
+             "the field extends this far behind the end of a ray")
         .add("fieldAngle", &Self::fieldAngle, OptionTraits{"deg"}.from(0.1).to(90),
-             "edge of the bins of directions that share a depth")
+             "width of the bins of directions that share a depth")
         .add("fieldWeight", &Self::fieldWeight, plain().from(1e-3).to(1e3),
              "weight of log-odds in the field, because their sum is overconfident");
     addUncertaintyOptions(all);

@@ -42,7 +42,7 @@ struct OverlappingInference : public HilbertSampling,
                                ///< (outliers, thesis 5.1), in [0, 0.5)
   double fieldNear = 0.3;      ///< cells so near to the sensor are in its field
   double fieldDepth = 0.3;     ///< the field reaches so far behind the end of a ray
-  double fieldAngle = 2.5;     ///< [degrees] edge of the bins of directions that share a depth
+  double fieldAngle = 2.5;     ///< [degrees] width of the bins of directions that share a depth
   double fieldWeight = 0.6;    ///< of log-odds in the field, for their sum is too sure of itself; > 0
   StateThresholds thresholds;
 

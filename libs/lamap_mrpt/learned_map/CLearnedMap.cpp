@@ -59,13 +59,13 @@ const OptionTable& CLearnedMap::TLikelihoodOptions::optionTable() const
           .add("decimation", &Self::decimation, plain().from(1).to(1e9),
                "use every Nth ray of an observation")
           .add("outlierProb", &Self::outlierProb, plain().from(1e-6).to(1),
-               "share of returns that carry no information; half of it is the least a return counts")
+               "share of returns without information; half of it is the minimum likelihood of a return")
           .add("endPointStd", &Self::endPointStd, metres().from(0).to(1e3),
                "standard deviation of where a return ends; 0: only the cell it ends in counts")
           .add("unobservedProb", &Self::unobservedProb, plain().from(0).to(1),
-               "P(occupied) that counts where the map has no evidence")
+               "P(occupied) assumed where the map has no evidence")
           .add("independence", &Self::independence, plain().above(0).to(1),
-               "factor of the log-likelihood, below 1 because neighbouring rays err together");
+               "factor of the log-likelihood, below 1 because neighbouring rays have correlated errors");
   return table;
 }
 
@@ -81,9 +81,9 @@ const OptionTable& CLearnedMap::TRenderingOptions::optionTable() const
           .add("visibleFreeVoxels", &Self::visibleFreeVoxels, plain(), "show cubes of free cells")
           .add("generateGridLines", &Self::generateGridLines, plain(), "draw a box around the observed cells")
           .add("hideBuriedVoxels", &Self::hideBuriedVoxels, plain(),
-               "leave out occupied cells with occupied neighbours on all six sides")
+               "omit occupied cells with occupied neighbours on all six sides")
           .add("colourBy", &Self::colourBy, oneOf({"height", "probability", "variance"}),
-               "what cubes are coloured by, from blue (low) to red (high)")
+               "quantity that colours cubes, from blue (low) to red (high)")
           .add("freeOpacity", &Self::freeOpacity, plain().from(0).to(1), "opacity of cubes of free cells");
   return table;
 }
