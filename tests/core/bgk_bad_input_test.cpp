@@ -173,7 +173,7 @@ TEST(BgkMap, TakesRaysShorterThanACell)
             map.insert({{RayFan{{0.04, 0.04, 0.04}, {{0.04 + length, 0.04, 0.04}}, {}, 0, 0}}}, inference);
         EXPECT_EQ(counts.hits, 1u);
         EXPECT_GT(map.cell({0, 0, 0}, {})->prob, 0.9);
-        EXPECT_EQ(map.grid().evidence({0, 0, 0}).free, 0u);  // all within the margin
+        EXPECT_EQ(map.grid().at({0, 0, 0}).second, 0u);  // all within the margin
         expectProbabilities(map);
       }
 }

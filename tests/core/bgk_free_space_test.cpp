@@ -73,7 +73,7 @@ TEST(BgkMapProperty, NoFreeEvidenceBehindARaysEndOrWithinTheMargin)
           size_t free = 0;
           for (const CellEvidence& cell : cellsOf(map.grid()))
           {
-            if (cell.evidence.free == 0) continue;
+            if (cell.evidence.second == 0) continue;
             ++free;
             double nearest = 1e9;
             for (const FreeLine& segment : segments)
@@ -94,7 +94,7 @@ int farthestFree(const BgkInference& inference, const RayFan& fan)
   map.insert({{fan}}, inference, 1);
   int farthest = -1000;
   for (const CellEvidence& cell : cellsOf(map.grid()))
-    if (cell.evidence.free > 0 && cell.cell.y == 0 && cell.cell.z == 0)
+    if (cell.evidence.second > 0 && cell.cell.y == 0 && cell.cell.z == 0)
       farthest = std::max(farthest, cell.cell.x);
   return farthest;
 }
@@ -148,7 +148,7 @@ TEST(BgkMap, FreesUpToTheMaximumRangeWithoutAHit)
       {
         BgkMap map;
         map.insert({{fan}}, inference, 1);
-        for (const CellEvidence& cell : cellsOf(map.grid())) EXPECT_EQ(cell.evidence.occupied, 0u);
+        for (const CellEvidence& cell : cellsOf(map.grid())) EXPECT_EQ(cell.evidence.first, 0u);
       }
       inference.considerInvalidRangesAsFreeSpace = false;
       EXPECT_EQ(farthestFree(inference, returned), 15);
@@ -173,8 +173,8 @@ TEST(BgkMap, SparesCellsWithEnoughHitsFromFreeEvidence)
         inference.protectHits = protectHits;
         BgkMap map;
         map.insert({{fan, behind}}, inference, 1);
-        EXPECT_GT(map.grid().evidence(cell).occupied, 0u);
-        return map.grid().evidence(cell).free;
+        EXPECT_GT(map.grid().at(cell).first, 0u);
+        return map.grid().at(cell).second;
       };
       EXPECT_GT(freeIn(0, {10, 0, 0}), 0u);
       EXPECT_EQ(freeIn(1, {10, 0, 0}), 0u);
@@ -188,9 +188,9 @@ TEST(BgkMap, SparesCellsWithEnoughHitsFromFreeEvidence)
       inference.protectHits = 2;
       BgkMap map;
       map.insert({{fan}}, inference, 1);
-      EXPECT_EQ(map.grid().evidence({10, 0, 0}).free, 0u);
+      EXPECT_EQ(map.grid().at({10, 0, 0}).second, 0u);
       map.insert({{behind}}, inference, 1);
-      EXPECT_GT(map.grid().evidence({10, 0, 0}).free, 0u);
+      EXPECT_GT(map.grid().at({10, 0, 0}).second, 0u);
     }
 }
 }  // namespace

@@ -182,7 +182,7 @@ TEST(BgkMap, RefusesToMergeAnotherStructure)
   BgkMap from(other);
   from.addEvidence({1, 2, 3}, 1, 1, {});
   map.merge(from, {});
-  EXPECT_EQ(map.grid().evidence({1, 2, 3}).occupied, uint64_t{2} << kEvidenceFractionBits);
+  EXPECT_EQ(map.grid().at({1, 2, 3}).first, uint64_t{2} << kEvidenceFractionBits);
   EXPECT_EQ(map.structure().priorAlpha, structure.priorAlpha);
 }
 

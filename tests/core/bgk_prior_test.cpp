@@ -59,7 +59,7 @@ TEST(BgkMap, AddsEvidenceFromElsewhere)
   EXPECT_EQ(cellsOf(map.grid()).size(), 1u);
   // To the nearest 2^-20.
   map.addEvidence({0, 0, 0}, 0.7 * kEvidenceUnit, 1.4 * kEvidenceUnit, {});
-  EXPECT_TRUE(map.grid().evidence({0, 0, 0}) == (Evidence{1, 1}));
+  EXPECT_TRUE(map.grid().at({0, 0, 0}) == (CellSums{1, 1}));
 }
 
 TEST(BgkMap, RefusesEvidenceThatIsNone)
@@ -131,30 +131,29 @@ TEST(BgkMapProperty, AnotherMapIsThePriorWhereItHasEvidence)
     for (const CellEvidence& cell : cellsOf(prior->grid()))
       expected[{cell.cell.x, cell.cell.y, cell.cell.z}] |= 2;
     size_t visited = 0;
-    map.visitCells({},
-                   [&](const CellIndex& cell, const CellEstimate& estimate)
-                   {
-                     ++visited;
-                     const auto found = expected.find({cell.x, cell.y, cell.z});
-                     ASSERT_NE(found, expected.end());
-                     double alpha0 = 0.01, beta0 = 0.02;
-                     if (found->second & 2)
-                     {
-                       alpha0 = prior->cell(cell, {})->evidence[0];
-                       beta0 = prior->cell(cell, {})->evidence[1];
-                     }
-                     EXPECT_EQ(map.priorOf(cell), (std::array<double, 2>{alpha0, beta0}));
-                     const Evidence own = plain.grid().evidence(cell);
-                     EXPECT_NEAR(estimate.evidence[0],
-                                 alpha0 + static_cast<double>(own.occupied) * kEvidenceUnit, 1e-12);
-                     EXPECT_NEAR(estimate.evidence[1], beta0 + static_cast<double>(own.free) * kEvidenceUnit,
-                                 1e-12);
-                     EXPECT_NEAR(estimate.prob, bgkMean(estimate.evidence[0], estimate.evidence[1]), 1e-15);
-                     const auto asked = map.cell(cell, {});
-                     ASSERT_TRUE(asked.has_value());
-                     EXPECT_EQ(asked->evidence, estimate.evidence);
-                     EXPECT_EQ(asked->state, estimate.state);
-                   });
+    map.visitCells(
+        {},
+        [&](const CellIndex& cell, const CellEstimate& estimate)
+        {
+          ++visited;
+          const auto found = expected.find({cell.x, cell.y, cell.z});
+          ASSERT_NE(found, expected.end());
+          double alpha0 = 0.01, beta0 = 0.02;
+          if (found->second & 2)
+          {
+            alpha0 = prior->cell(cell, {})->evidence[0];
+            beta0 = prior->cell(cell, {})->evidence[1];
+          }
+          EXPECT_EQ(map.priorOf(cell), (std::array<double, 2>{alpha0, beta0}));
+          const CellSums own = plain.grid().at(cell);
+          EXPECT_NEAR(estimate.evidence[0], alpha0 + static_cast<double>(own.first) * kEvidenceUnit, 1e-12);
+          EXPECT_NEAR(estimate.evidence[1], beta0 + static_cast<double>(own.second) * kEvidenceUnit, 1e-12);
+          EXPECT_NEAR(estimate.prob, bgkMean(estimate.evidence[0], estimate.evidence[1]), 1e-15);
+          const auto asked = map.cell(cell, {});
+          ASSERT_TRUE(asked.has_value());
+          EXPECT_EQ(asked->evidence, estimate.evidence);
+          EXPECT_EQ(asked->state, estimate.state);
+        });
     EXPECT_EQ(visited, expected.size());
 
     map.setPriorMap(nullptr);

@@ -9,7 +9,7 @@ namespace lamap::test
 {
 namespace
 {
-size_t leavesOf(const BlockGrid& grid)
+size_t leavesOf(const Evidence& grid)
 {
   size_t leaves = 0;
   for (const BlockIndex& index : grid.sortedBlocks()) leaves += grid.find(index)->leafCount(grid.shape());
@@ -98,8 +98,8 @@ TEST(BgkMapProperty, LosslessPruningHoldsEqualOctantsOnce)
                 (map.grid().shape().branching() - 1) * static_cast<size_t>(blockDepth - 1) + 1);
       for (const CellEvidence& cell : cellsOf(map.grid()))
       {
-        EXPECT_EQ(cell.evidence.occupied, uint64_t{1} << 18);
-        EXPECT_EQ(cell.evidence.free, cell.cell == odd ? uint64_t{1} << 21 : uint64_t{3} << 19);
+        EXPECT_EQ(cell.evidence.first, uint64_t{1} << 18);
+        EXPECT_EQ(cell.evidence.second, cell.cell == odd ? uint64_t{1} << 21 : uint64_t{3} << 19);
       }
       // Agreement joins them again.
       const BgkMap split = map;
@@ -143,19 +143,19 @@ TEST(BgkMapProperty, StatePruningChangesNoState)
         const CellIndex first = pruned.grid().firstCellOf(index);
         pruned.grid().find(index)->visitLeaves(
             pruned.grid().shape(),
-            [&](uint32_t begin, uint32_t count, const Evidence& evidence)
+            [&](uint32_t begin, uint32_t count, const CellSums& evidence)
             {
               double occupied = 0, free = 0;
               for (uint32_t offset = begin; offset < begin + count; ++offset)
               {
                 const CellIndex local = unpruned.grid().shape().localOf(offset);
-                const Evidence own =
-                    unpruned.grid().evidence({first.x + local.x, first.y + local.y, first.z + local.z});
-                occupied += static_cast<double>(own.occupied) / count;
-                free += static_cast<double>(own.free) / count;
+                const CellSums own =
+                    unpruned.grid().at({first.x + local.x, first.y + local.y, first.z + local.z});
+                occupied += static_cast<double>(own.first) / count;
+                free += static_cast<double>(own.second) / count;
               }
-              ASSERT_NEAR(static_cast<double>(evidence.occupied), occupied, 1.0);
-              ASSERT_NEAR(static_cast<double>(evidence.free), free, 1.0);
+              ASSERT_NEAR(static_cast<double>(evidence.first), occupied, 1.0);
+              ASSERT_NEAR(static_cast<double>(evidence.second), free, 1.0);
             });
       }
     }

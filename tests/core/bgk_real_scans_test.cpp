@@ -49,9 +49,9 @@ TEST(StructuredLongTerm, MeanFollowsEquation426)
                      {
                        ++cells;
                        const double a0 = structure.priorAlpha, b0 = structure.priorBeta;
-                       const Evidence units = one.grid().evidence(cell);
-                       const double y = static_cast<double>(units.occupied) * kEvidenceUnit;
-                       const double k = y + static_cast<double>(units.free) * kEvidenceUnit;
+                       const CellSums units = one.grid().at(cell);
+                       const double y = static_cast<double>(units.first) * kEvidenceUnit;
+                       const double k = y + static_cast<double>(units.second) * kEvidenceUnit;
                        worst = std::max(worst, std::abs(estimate.prob - (a0 + n * y) / (a0 + b0 + n * k)));
 
                        // By brute force, where a unit of 2^-20 a scan is next to nothing beside the cell's

@@ -41,11 +41,11 @@ void expectTimes(const BgkMap& one, const BgkMap& many, uint64_t n)
   ASSERT_EQ(cellsOf(many.grid()).size(), cells.size());
   for (const CellEvidence& cell : cells)
   {
-    const Evidence evidence = many.grid().evidence(cell.cell);
-    ASSERT_EQ(evidence.occupied, n * cell.evidence.occupied);
-    ASSERT_EQ(evidence.free, n * cell.evidence.free);
-    const double y = static_cast<double>(cell.evidence.occupied) * kEvidenceUnit;
-    const double k = y + static_cast<double>(cell.evidence.free) * kEvidenceUnit;
+    const CellSums evidence = many.grid().at(cell.cell);
+    ASSERT_EQ(evidence.first, n * cell.evidence.first);
+    ASSERT_EQ(evidence.second, n * cell.evidence.second);
+    const double y = static_cast<double>(cell.evidence.first) * kEvidenceUnit;
+    const double k = y + static_cast<double>(cell.evidence.second) * kEvidenceUnit;
     const double a0 = one.structure().priorAlpha, b0 = one.structure().priorBeta,
                  count = static_cast<double>(n);
     ASSERT_NEAR(many.cell(cell.cell, {})->prob, (a0 + count * y) / (a0 + b0 + count * k), 1e-12);
@@ -120,32 +120,32 @@ TEST(BgkMapProperty, BlocksWidenWhereACountPasses32Bits)
       const CellEvidence chosen = random.pick(cells);
       const uint64_t below = (uint64_t{1} << 32) - 1;
       const bool occupied = random.chance(0.6), free = !occupied || random.chance(0.3);
-      const Evidence start{occupied ? below : 0, free ? below : 0};
+      const CellSums start{occupied ? below : 0, free ? below : 0};
       BgkMap map(structure);
-      map.addEvidence(chosen.cell, static_cast<double>(start.occupied) * kEvidenceUnit,
-                      static_cast<double>(start.free) * kEvidenceUnit, {});
-      ASSERT_TRUE(map.grid().evidence(chosen.cell) == start);
+      map.addEvidence(chosen.cell, static_cast<double>(start.first) * kEvidenceUnit,
+                      static_cast<double>(start.second) * kEvidenceUnit, {});
+      ASSERT_TRUE(map.grid().at(chosen.cell) == start);
       ASSERT_FALSE(map.grid().find(map.grid().blockOf(chosen.cell))->wide());
       map.insert(scan, inference, 1);
       for (const CellEvidence& cell : cells)
       {
         const bool isChosen = cell.cell == chosen.cell;
-        const Evidence expected{cell.evidence.occupied + (isChosen ? start.occupied : 0),
-                                cell.evidence.free + (isChosen ? start.free : 0)};
-        ASSERT_TRUE(map.grid().evidence(cell.cell) == expected);
+        const CellSums expected{cell.evidence.first + (isChosen ? start.first : 0),
+                                cell.evidence.second + (isChosen ? start.second : 0)};
+        ASSERT_TRUE(map.grid().at(cell.cell) == expected);
       }
-      const Evidence now = map.grid().evidence(chosen.cell);
+      const CellSums now = map.grid().at(chosen.cell);
       EXPECT_EQ(map.grid().find(map.grid().blockOf(chosen.cell))->wide(),
-                std::max(now.occupied, now.free) > below);
+                std::max(now.first, now.second) > below);
 
       // The same the other way round, and merged.
       BgkMap scanFirst = one;
-      scanFirst.addEvidence(chosen.cell, static_cast<double>(start.occupied) * kEvidenceUnit,
-                            static_cast<double>(start.free) * kEvidenceUnit, {});
+      scanFirst.addEvidence(chosen.cell, static_cast<double>(start.first) * kEvidenceUnit,
+                            static_cast<double>(start.second) * kEvidenceUnit, {});
       EXPECT_EQ(differenceOf(scanFirst.grid(), map.grid()), "");
       BgkMap alone(structure);
-      alone.addEvidence(chosen.cell, static_cast<double>(start.occupied) * kEvidenceUnit,
-                        static_cast<double>(start.free) * kEvidenceUnit, {});
+      alone.addEvidence(chosen.cell, static_cast<double>(start.first) * kEvidenceUnit,
+                        static_cast<double>(start.second) * kEvidenceUnit, {});
       alone.merge(one, {});
       EXPECT_EQ(differenceOf(alone.grid(), map.grid()), "");
     }
@@ -175,8 +175,8 @@ TEST(BgkMap, RefusesEvidenceBeyond63BitsAndKeepsWhatItHas)
         for (int i = 0; i < 3; ++i) map.insert(scan, inference, 1);
       },
       std::overflow_error);
-  EXPECT_GE(map.grid().evidence({0, 0, 0}).occupied, before.grid().evidence({0, 0, 0}).occupied);
-  EXPECT_LT(map.grid().evidence({0, 0, 0}).occupied, uint64_t{1} << 63);
+  EXPECT_GE(map.grid().at({0, 0, 0}).first, before.grid().at({0, 0, 0}).first);
+  EXPECT_LT(map.grid().at({0, 0, 0}).first, uint64_t{1} << 63);
 }
 }  // namespace
 }  // namespace lamap::test

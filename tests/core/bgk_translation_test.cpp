@@ -23,14 +23,13 @@ std::string differenceAfterMove(const BgkMap& here, const BgkMap& there, const C
   std::ostringstream text;
   for (const CellEvidence& cell : cells)
   {
-    const Evidence moved =
-        there.grid().evidence({cell.cell.x + by.x, cell.cell.y + by.y, cell.cell.z + by.z});
-    if (apart(moved.occupied, cell.evidence.occupied) <= tolerance_units &&
-        apart(moved.free, cell.evidence.free) <= tolerance_units)
+    const CellSums moved = there.grid().at({cell.cell.x + by.x, cell.cell.y + by.y, cell.cell.z + by.z});
+    if (apart(moved.first, cell.evidence.first) <= tolerance_units &&
+        apart(moved.second, cell.evidence.second) <= tolerance_units)
       continue;
     text << "cell (" << cell.cell.x << ", " << cell.cell.y << ", " << cell.cell.z << ") holds "
-         << cell.evidence.occupied << ", " << cell.evidence.free << " here, " << moved.occupied << ", "
-         << moved.free << " there";
+         << cell.evidence.first << ", " << cell.evidence.second << " here, " << moved.first << ", "
+         << moved.second << " there";
     return text.str();
   }
   const size_t count = cellsOf(there.grid()).size();

@@ -28,26 +28,24 @@ std::string nameOf(const BlockShape& shape)
 DenseBlock randomBlock(Random& random, const BlockShape& shape, double observedShare, int largestBits)
 {
   DenseBlock dense(shape);
-  Evidence evidence;
+  CellSums evidence;
   const auto fresh = [&]
   {
     const int bits = random.integer(1, largestBits);
     evidence = {random.bits() >> (64 - bits), random.bits() >> (64 - bits)};
-    if (!evidence.any()) evidence.free = 1;
+    if (!evidence.any()) evidence.second = 1;
   };
   fresh();
   for (uint32_t offset = 0; offset < shape.cellCount(); ++offset)
   {
     if (offset % shape.branching() == 0 ? random.chance(0.5) : random.chance(0.05)) fresh();
     if (!random.chance(observedShare)) continue;
-    dense.setObserved(offset);
-    dense.occupied[offset] = evidence.occupied;
-    dense.free[offset] = evidence.free;
+    dense.set(offset, evidence);
   }
   return dense;
 }
 
-bool holdsEqual(const DenseBlock& block, uint32_t first, uint32_t count, Evidence& merged)
+bool holdsEqual(const DenseBlock& block, uint32_t first, uint32_t count, CellSums& merged)
 {
   merged = block.at(first);
   for (uint32_t offset = first; offset < first + count; ++offset)
@@ -58,7 +56,7 @@ bool holdsEqual(const DenseBlock& block, uint32_t first, uint32_t count, Evidenc
 void expectSameCells(const BlockShape& shape, const DenseBlock& dense, const EvidenceBlock& packed)
 {
   DenseBlock unpacked(shape);
-  unpacked.setObserved(static_cast<uint32_t>(shape.cellCount() - 1));  // must be overwritten
+  unpacked.set(static_cast<uint32_t>(shape.cellCount() - 1), {1, 1});  // must be overwritten
   packed.unpack(shape, unpacked);
   EXPECT_EQ(unpacked.observed, dense.observed);
   for (uint32_t offset = 0; offset < shape.cellCount(); ++offset)
@@ -138,7 +136,7 @@ TEST(EvidenceBlock, UnpacksWhatWasPacked)
       size_t observed = 0;
       for (uint32_t offset = 0; offset < shape.cellCount(); ++offset)
       {
-        largest = std::max({largest, dense.occupied[offset], dense.free[offset]});
+        largest = std::max({largest, dense.at(offset).first, dense.at(offset).second});
         observed += dense.isObserved(offset);
       }
       EvidenceBlock plain, lossless;
@@ -167,7 +165,7 @@ TEST(EvidenceBlock, UnpacksWhatWasPacked)
       uint32_t next = 0;
       size_t covered = 0;
       lossless.visitLeaves(shape,
-                           [&](uint32_t first, uint32_t count, const Evidence& evidence)
+                           [&](uint32_t first, uint32_t count, const CellSums& evidence)
                            {
                              EXPECT_GE(first, next);
                              EXPECT_EQ(first % count, 0u);
@@ -191,9 +189,7 @@ TEST(EvidenceBlock, HoldsOctantsOfEveryLevelOnce)
     DenseBlock dense(shape);
     for (uint32_t offset = 0; offset < shape.cellCount(); ++offset)
     {
-      dense.setObserved(offset);
-      dense.occupied[offset] = 5;
-      dense.free[offset] = 7;
+      dense.set(offset, {5, 7});
     }
     EvidenceBlock block;
     block.pack(shape, dense, holdsEqual);
@@ -201,7 +197,7 @@ TEST(EvidenceBlock, HoldsOctantsOfEveryLevelOnce)
     expectSameCells(shape, dense, block);
 
     // One cell that disagrees splits its octants and no others: b − 1 siblings a level, and the finest b.
-    dense.occupied[shape.cellCount() - 1] = 6;
+    dense.sums[shape.cellCount() - 1].first = 6;
     block.pack(shape, dense, holdsEqual);
     EXPECT_EQ(block.leafCount(shape), (shape.branching() - 1) * static_cast<size_t>(shape.log2Edge()) + 1);
     expectSameCells(shape, dense, block);
@@ -217,13 +213,12 @@ TEST(EvidenceBlock, NeverJoinsObservedWithUnobservedCells)
     DenseBlock dense(shape);
     for (uint32_t offset = 0; offset < last; ++offset)
     {
-      dense.setObserved(offset);
-      dense.free[offset] = 3;
+      dense.set(offset, {0, 3});
     }
     EvidenceBlock block;
     // A merger that would join anything.
     block.pack(shape, dense,
-               [](const DenseBlock& cells, uint32_t first, uint32_t, Evidence& merged)
+               [](const DenseBlock& cells, uint32_t first, uint32_t, CellSums& merged)
                {
                  merged = cells.at(first);
                  return true;
@@ -240,36 +235,35 @@ TEST(EvidenceBlock, HoldsTheEvidenceTheMergerGives)
   DenseBlock dense(shape);
   for (uint32_t offset = 0; offset < 8; ++offset)
   {
-    dense.setObserved(offset);
-    dense.occupied[offset] = offset;
-    dense.free[offset] = 10 + offset;
+    dense.set(offset, {offset, 10 + offset});
   }
   EvidenceBlock block;
   block.pack(shape, dense,
-             [](const DenseBlock&, uint32_t, uint32_t, Evidence& merged)
+             [](const DenseBlock&, uint32_t, uint32_t, CellSums& merged)
              {
                merged = {100, 200};
                return true;
              });
   EXPECT_EQ(block.leafCount(shape), 1u);
   for (uint32_t offset = 0; offset < 8; ++offset)
-    EXPECT_TRUE(block.at(shape, offset) == (Evidence{100, 200}));
+    EXPECT_TRUE(block.at(shape, offset) == (CellSums{100, 200}));
   EXPECT_FALSE(block.at(shape, 8).any());
 }
 
 TEST(EvidenceBlock, IsWideExactlyWhereACountNeedsIt)
 {
   const BlockShape shape(3, false);
-  for (const bool occupied : {false, true})
+  for (const bool first : {false, true})
   {
     DenseBlock dense(shape);
-    dense.setObserved(17);
-    (occupied ? dense.occupied : dense.free)[17] = 0xFFFFFFFFu;
+    uint64_t CellSums::*const sum = first ? &CellSums::first : &CellSums::second;
+    dense.set(17, {});
+    dense.sums[17].*sum = 0xFFFFFFFFu;
     EvidenceBlock block;
     block.pack(shape, dense, {});
     EXPECT_FALSE(block.wide());
     expectSameCells(shape, dense, block);
-    ++(occupied ? dense.occupied : dense.free)[17];
+    ++(dense.sums[17].*sum);
     block.pack(shape, dense, {});
     EXPECT_TRUE(block.wide());
     expectSameCells(shape, dense, block);
@@ -286,10 +280,9 @@ TEST(EvidenceBlock, RefusesWordsThatWerePackedByNobody)
       DenseBlock dense(shape);
       for (uint32_t offset = 0; offset + 1 < shape.cellCount(); ++offset)
       {
-        dense.setObserved(offset);
-        dense.free[offset] = offset < shape.branching() ? 3 : 4 + offset;
+        dense.set(offset, {0, offset < shape.branching() ? 3 : 4 + offset});
       }
-      if (wide) dense.occupied[1] = uint64_t{1} << 40;
+      if (wide) dense.sums[1].first = uint64_t{1} << 40;
       EvidenceBlock plain;
       plain.pack(shape, dense, {});
       const std::vector<uint64_t> good = plain.words();

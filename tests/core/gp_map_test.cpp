@@ -1,7 +1,7 @@
 // The invariants of GP maps.
 #include <gtest/gtest.h>
 #include <lamap_core/gp/map.h>
-#include <lamap_core/grid/signed_evidence.h>
+#include <lamap_core/grid/cell_sums.h>
 #include <support/grid_words.h>
 #include <support/random_gp_options.h>
 #include <support/seeded_scans.h>
@@ -74,13 +74,13 @@ TEST(GpMapProperty, EqualScansMultiplyTheEvidence)
     {
       const auto expectTimes = [&](const GpMap& map, int64_t times)
       {
-        const Evidence evidence = map.grid().evidence(cell.cell);
-        ASSERT_EQ(*decodedSum(evidence.occupied), times * *decodedSum(cell.evidence.occupied));
-        ASSERT_EQ(*decodedSum(evidence.free), times * *decodedSum(cell.evidence.free));
+        const CellSums evidence = map.grid().at(cell.cell);
+        ASSERT_EQ(*SignedSums::decoded(evidence.first), times * *SignedSums::decoded(cell.evidence.first));
+        ASSERT_EQ(*SignedSums::decoded(evidence.second), times * *SignedSums::decoded(cell.evidence.second));
       };
       expectTimes(many, n);
       expectTimes(station, static_cast<int64_t>(scans));
-      const int64_t weighted = *decodedSum(cell.evidence.free);
+      const int64_t weighted = *SignedSums::decoded(cell.evidence.second);
       const double prob = station.cell(cell.cell, inference.thresholds)->prob;
       const double logodds =
           structure.squash() * static_cast<double>(weighted) * kEvidenceUnit * static_cast<double>(scans);
@@ -153,7 +153,7 @@ TEST(GpMapProperty, WholeBlocksMoveTheMap)
         there.insert(moved(scan, Eigen::Vector3d(by.x, by.y, by.z) * resolution), inference, 1);
         ASSERT_EQ(cellsOf(there.grid()).size(), cells.size());
         for (const CellEvidence& cell : cells)
-          ASSERT_EQ(there.grid().evidence({cell.cell.x + by.x, cell.cell.y + by.y, cell.cell.z + by.z}),
+          ASSERT_EQ(there.grid().at({cell.cell.x + by.x, cell.cell.y + by.y, cell.cell.z + by.z}),
                     cell.evidence);
       }
     }

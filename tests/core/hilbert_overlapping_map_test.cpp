@@ -1,6 +1,6 @@
 // What overlapping Hilbert maps promise: order, merging, station keeping, moved models, pruning, translation.
 #include <gtest/gtest.h>
-#include <lamap_core/overlapping/logodds_evidence.h>
+#include <lamap_core/grid/cell_sums.h>
 #include <lamap_core/overlapping/map.h>
 #include <support/grid_words.h>
 #include <support/posed_scans.h>
@@ -106,12 +106,12 @@ TEST(OverlappingMapProperty, EqualScansGiveExactlySoManyTimesTheEvidence)
     ASSERT_GT(one.size(), 20u);
     for (size_t i = 0; i < one.size(); ++i)
     {
-      const LogoddsSums a = LogoddsSums::of(one[i].evidence);
-      const LogoddsSums b = LogoddsSums::of(many[i].evidence);
+      const SignedSums a = SignedSums::of(one[i].evidence);
+      const SignedSums b = SignedSums::of(many[i].evidence);
       ASSERT_TRUE(one[i].cell == many[i].cell);
-      ASSERT_EQ(b.inField.has_value(), a.inField.has_value());
-      ASSERT_EQ(b.inField.value_or(0), kTimes * a.inField.value_or(0));
-      ASSERT_EQ(b.outOfField.value_or(0), kTimes * a.outOfField.value_or(0));
+      ASSERT_EQ(b.first.has_value(), a.first.has_value());
+      ASSERT_EQ(b.first.value_or(0), kTimes * a.first.value_or(0));
+      ASSERT_EQ(b.second.value_or(0), kTimes * a.second.value_or(0));
     }
   }
 }
@@ -127,10 +127,10 @@ TEST(OverlappingMapProperty, MillionsOfEqualScansAreExactToo)
   for (int i = 0; i < 24; ++i) map.merge(OverlappingHilbertMap(map), {});
   for (const CellEvidence& cell : cellsOf(once.grid()))
   {
-    const LogoddsSums a = LogoddsSums::of(cell.evidence);
-    const LogoddsSums b = LogoddsSums::of(map.grid().evidence(cell.cell));
-    ASSERT_EQ(b.inField.value_or(0), (int64_t{1} << 24) * a.inField.value_or(0));
-    ASSERT_EQ(b.outOfField.value_or(0), (int64_t{1} << 24) * a.outOfField.value_or(0));
+    const SignedSums a = SignedSums::of(cell.evidence);
+    const SignedSums b = SignedSums::of(map.grid().at(cell.cell));
+    ASSERT_EQ(b.first.value_or(0), (int64_t{1} << 24) * a.first.value_or(0));
+    ASSERT_EQ(b.second.value_or(0), (int64_t{1} << 24) * a.second.value_or(0));
   }
 }
 
@@ -421,7 +421,7 @@ TEST(OverlappingMap, ScansWaitUntilTheirModelIsFull)
 OverlappingHilbertMap copiedByParts(const OverlappingHilbertMap& map)
 {
   OverlappingHilbertMap copy(map.structure());
-  const auto copyGrid = [](const BlockGrid& from, BlockGrid& to)
+  const auto copyGrid = [](const Evidence& from, Evidence& to)
   {
     for (const BlockWords& block : wordsOf(from))
       to.findOrCreate(block.index) =

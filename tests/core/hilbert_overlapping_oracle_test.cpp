@@ -1,6 +1,6 @@
 // The cells and the continuous map against brute force from the equations.
 #include <gtest/gtest.h>
-#include <lamap_core/overlapping/logodds_evidence.h>
+#include <lamap_core/grid/cell_sums.h>
 #include <support/overlapping_oracle.h>
 
 #include <cmath>

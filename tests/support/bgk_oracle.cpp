@@ -413,12 +413,11 @@ struct Comparer
     }
     const CellIndex index{static_cast<int32_t>(cell[0]), static_cast<int32_t>(cell[1]),
                           static_cast<int32_t>(cell[2])};
-    const Evidence evidence = map.grid().evidence(index);
-    const double occupied = static_cast<double>(evidence.occupied) * kEvidenceUnit;
-    const double free = static_cast<double>(evidence.free) * kEvidenceUnit;
-    compareCount(cell, "occupied evidence", oracle.occupied, evidence.occupied, occupied,
-                 oracle.occupiedReach);
-    compareCount(cell, "free evidence", oracle.free, evidence.free, free, oracle.freeReach);
+    const CellSums evidence = map.grid().at(index);
+    const double occupied = static_cast<double>(evidence.first) * kEvidenceUnit;
+    const double free = static_cast<double>(evidence.second) * kEvidenceUnit;
+    compareCount(cell, "occupied evidence", oracle.occupied, evidence.first, occupied, oracle.occupiedReach);
+    compareCount(cell, "free evidence", oracle.free, evidence.second, free, oracle.freeReach);
 
     const auto estimate = map.cell(index, StateThresholds{});
     if (estimate.has_value() != evidence.any())

@@ -1,6 +1,6 @@
 #include <support/gp_oracle.h>
 
-#include <lamap_core/grid/signed_evidence.h>
+#include <lamap_core/grid/cell_sums.h>
 #include <support/grid_words.h>
 
 #include <Eigen/LU>
@@ -245,12 +245,12 @@ std::string differenceFromOracle(const GpMap& map, const std::vector<Scan>& scan
   const double tolerance = 1e-6 * static_cast<double>(scans.size());
   for (const auto& [cell, sums] : expected)
   {
-    const Evidence evidence = map.grid().evidence(
+    const CellSums evidence = map.grid().at(
         {static_cast<int32_t>(cell[0]), static_cast<int32_t>(cell[1]), static_cast<int32_t>(cell[2])});
     there += evidence.any() ? 1 : 0;
     if (sums.undecided) continue;
-    const auto precision = decodedSum(evidence.occupied);
-    const auto weighted = decodedSum(evidence.free);
+    const auto precision = SignedSums::decoded(evidence.first);
+    const auto weighted = SignedSums::decoded(evidence.second);
     text.precision(12);
     if (sums.reached != (precision.has_value() && weighted.has_value()))
     {

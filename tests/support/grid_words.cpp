@@ -6,7 +6,7 @@
 
 namespace lamap::test
 {
-std::vector<BlockWords> wordsOf(const BlockGrid& grid)
+std::vector<BlockWords> wordsOf(const Evidence& grid)
 {
   std::vector<BlockWords> blocks;
   for (const BlockIndex& index : grid.sortedBlocks())
@@ -17,7 +17,7 @@ std::vector<BlockWords> wordsOf(const BlockGrid& grid)
   return blocks;
 }
 
-std::string differenceOf(const BlockGrid& a, const BlockGrid& b)
+std::string differenceOf(const Evidence& a, const Evidence& b)
 {
   const std::vector<BlockWords> left = wordsOf(a), right = wordsOf(b);
   if (left.size() != right.size())
@@ -35,7 +35,7 @@ std::string differenceOf(const BlockGrid& a, const BlockGrid& b)
   return {};
 }
 
-std::vector<CellEvidence> cellsOf(const BlockGrid& grid)
+std::vector<CellEvidence> cellsOf(const Evidence& grid)
 {
   std::vector<CellEvidence> cells;
   for (const BlockIndex& index : grid.sortedBlocks())
@@ -45,7 +45,7 @@ std::vector<CellEvidence> cellsOf(const BlockGrid& grid)
     {
       const CellIndex local = grid.shape().localOf(offset);
       const CellIndex cell{first.x + local.x, first.y + local.y, first.z + local.z};
-      const Evidence evidence = grid.evidence(cell);
+      const CellSums evidence = grid.at(cell);
       if (evidence.any()) cells.push_back({cell, evidence});
     }
   }
@@ -55,7 +55,7 @@ std::vector<CellEvidence> cellsOf(const BlockGrid& grid)
   return cells;
 }
 
-std::string evidenceDifferenceOf(const BlockGrid& a, const BlockGrid& b)
+std::string evidenceDifferenceOf(const Evidence& a, const Evidence& b)
 {
   const std::vector<CellEvidence> left = cellsOf(a), right = cellsOf(b);
   for (size_t i = 0; i < std::min(left.size(), right.size()); ++i)
@@ -63,9 +63,9 @@ std::string evidenceDifferenceOf(const BlockGrid& a, const BlockGrid& b)
     const CellEvidence &l = left[i], &r = right[i];
     if (l.cell == r.cell && l.evidence == r.evidence) continue;
     std::ostringstream text;
-    text << "cell (" << l.cell.x << ", " << l.cell.y << ", " << l.cell.z << ") holds " << l.evidence.occupied
-         << ", " << l.evidence.free << "; the other grid's cell (" << r.cell.x << ", " << r.cell.y << ", "
-         << r.cell.z << ") holds " << r.evidence.occupied << ", " << r.evidence.free;
+    text << "cell (" << l.cell.x << ", " << l.cell.y << ", " << l.cell.z << ") holds " << l.evidence.first
+         << ", " << l.evidence.second << "; the other grid's cell (" << r.cell.x << ", " << r.cell.y << ", "
+         << r.cell.z << ") holds " << r.evidence.first << ", " << r.evidence.second;
     return text.str();
   }
   if (left.size() != right.size())

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/bgk/map.h>
+#include <lamap_core/grid/evidence.h>
 
 #include <cstdint>
 #include <string>
@@ -18,22 +18,22 @@ struct BlockWords
 };
 
 /// All blocks of a grid as files hold them, sorted.
-std::vector<BlockWords> wordsOf(const BlockGrid& grid);
+std::vector<BlockWords> wordsOf(const Evidence& grid);
 
 /// Empty where both grids hold the same words, else the first difference.
-std::string differenceOf(const BlockGrid& a, const BlockGrid& b);
+std::string differenceOf(const Evidence& a, const Evidence& b);
 
 /// Empty where both grids hold the same evidence cell by cell, however their blocks are packed.
-std::string evidenceDifferenceOf(const BlockGrid& a, const BlockGrid& b);
+std::string evidenceDifferenceOf(const Evidence& a, const Evidence& b);
 
 /// A cell with its evidence, by z, y, x.
 struct CellEvidence
 {
   CellIndex cell;
-  Evidence evidence;
+  CellSums evidence;
 };
 
 /// Every cell that has evidence.
-std::vector<CellEvidence> cellsOf(const BlockGrid& grid);
+std::vector<CellEvidence> cellsOf(const Evidence& grid);
 
 }  // namespace lamap::test

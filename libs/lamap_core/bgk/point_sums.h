@@ -35,37 +35,4 @@ bool addPoint(const WeightedKernel& weights, const Eigen::Vector3d& point, const
 bool addSegment(const WeightedKernel& weights, const FreeSegment& segment, const BlockPlace& block,
                 BlockSums& sums);
 
-/** Items (points, segments) listed by the scan blocks that they reach. */
-class BlockLists
-{
- public:
-  void clear() { entries_.clear(); }
-  void add(int32_t block, uint32_t item) { entries_.push_back({block, item}); }
-  /// Sorts by block, items of one block in the order they were added.
-  void sort(size_t blockCount);
-
-  struct Range
-  {
-    const uint32_t* first;
-    const uint32_t* last;
-    [[nodiscard]] const uint32_t* begin() const { return first; }
-    [[nodiscard]] const uint32_t* end() const { return last; }
-  };
-  [[nodiscard]] Range of(size_t block) const
-  {
-    return {items_.data() + begins_[block], items_.data() + begins_[block + 1]};
-  }
-  [[nodiscard]] bool empty() const { return entries_.empty(); }
-
- private:
-  struct Entry
-  {
-    int32_t block;
-    uint32_t item;
-  };
-  std::vector<Entry> entries_;
-  std::vector<uint32_t> begins_;
-  std::vector<uint32_t> items_;
-};
-
 }  // namespace lamap

@@ -1,9 +1,11 @@
 #include <lamap_core/bgk/scan_inference.h>
 
-#include <tbb/blocked_range.h>
+#include <lamap_core/bgk/cell_stencil.h>
+#include <lamap_core/bgk/point_sums.h>
+#include <lamap_core/grid/block_lists.h>
+#include <lamap_core/grid/evidence_draft.h>
+#include <lamap_core/training/scan_training.h>
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -79,87 +81,24 @@ BlockIndex operator+(const BlockIndex& a, const BlockIndex& b)
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
 
-template <typename Visit>
-void forEachBlock(const BlockIndex& low, const BlockIndex& high, Visit&& visit)
-{
-  for (int32_t z = low.z; z <= high.z; ++z)
-  {
-    for (int32_t y = low.y; y <= high.y; ++y)
-    {
-      for (int32_t x = low.x; x <= high.x; ++x) visit(BlockIndex{x, y, z});
-    }
-  }
-}
-
 }  // namespace
-
-BlockAdder::BlockAdder(const BlockShape& shape)
-    : shape_(shape), dense_(shape), added_(shape.cellCount()), touched_(shape.maskWords())
-{
-}
-
-void BlockAdder::clear()
-{
-  std::fill(touched_.begin(), touched_.end(), uint64_t{0});
-}
-
-bool BlockAdder::any() const
-{
-  return std::any_of(touched_.begin(), touched_.end(), [](uint64_t word) { return word != 0; });
-}
-
-void BlockAdder::addTo(EvidenceBlock& block, const OctantRule& rule)
-{
-  // Where nothing is held once before or after, as in most blocks near surfaces, there is nothing to unpack.
-  const bool inPlace =
-      rule.pruning != Pruning::State && block.addInPlace(shape_, touched_.data(), added_.data());
-  if (inPlace && (rule.pruning == Pruning::None || !block.hasEqualOctant(shape_))) return;
-  block.unpack(shape_, dense_);
-  if (!inPlace) addToDense();
-  block.pack(shape_, dense_, rule.merger);
-}
-
-void BlockAdder::addToDense()
-{
-  for (size_t word = 0; word < touched_.size(); ++word)
-  {
-    for (uint64_t rest = touched_[word]; rest != 0; rest &= rest - 1)
-    {
-      const auto offset = static_cast<uint32_t>(word * 64 + static_cast<size_t>(__builtin_ctzll(rest)));
-      const bool observed = dense_.isObserved(offset);
-      dense_.occupied[offset] = (observed ? dense_.occupied[offset] : 0) + added_[offset].occupied;
-      dense_.free[offset] = (observed ? dense_.free[offset] : 0) + added_[offset].free;
-      if ((dense_.occupied[offset] | dense_.free[offset]) >> 63)
-        throw std::overflow_error("the evidence of a cell would pass 2^63 units");
-      dense_.setObserved(offset);
-    }
-  }
-}
 
 class BgkScanInference::Implementation
 {
  public:
-  RayCounts addScan(const Scan& scan, const BgkInference& inference, const BgkStructure& structure,
-                    int32_t layer, unsigned threads, const RuleForBlock& ruleFor, BlockGrid& grid);
+  Evidence infer(const Scan& scan, const BgkInference& inference, const BgkStructure& structure,
+                 int32_t layer, const Workers& workers, RayCounts& counts);
 
  private:
   /// Working memory of one thread.
   struct Worker
   {
-    explicit Worker(const BlockShape& shape) : adder(shape) {}
+    explicit Worker(const BlockShape& shape) : draft(shape) {}
     BlockSums occupied{};  ///< all zero between blocks
     BlockSums free{};
-    BlockAdder adder;
+    EvidenceDraft draft;
     std::vector<const BlockMasks*> neighbours;
     MaskNeighbourhood neighbourhood;
-    std::vector<std::pair<BlockIndex, EvidenceBlock>> created;
-  };
-  /// The scan blocks that share a block of the map, or hold several.
-  struct Group
-  {
-    BlockIndex place;  ///< in blocks of max(map block, scan block)
-    uint32_t begin;
-    uint32_t end;
   };
 
   void findTargets();
@@ -168,7 +107,7 @@ class BgkScanInference::Implementation
   void addTargetsAround(const std::vector<FreeSegment>& segments);
   void addTargetsBetween(const Eigen::Vector3d& low, const Eigen::Vector3d& high, BlockLists& lists,
                          uint32_t item);
-  void groupTargets(int log2GroupEdge);
+  void groupTargets(int log2BlockEdge);
   void tabulatePartOffsets(const BlockShape& shape);
   Layers sumBlock(size_t target, Worker& worker) const;
   void findNeighbours(const BlockIndex& block, Worker& worker) const;
@@ -178,15 +117,12 @@ class BgkScanInference::Implementation
                    const WeightedKernel& weights, const BlockPlace& place, BlockSums& sums) const;
   Layers addSegments(const BlockLists::Range& list, const WeightedKernel& weights, const BlockPlace& place,
                      BlockSums& sums) const;
-  void addGroup(const Group& group, Worker& worker, const RuleForBlock& ruleFor, BlockGrid& grid) const;
-  void addPart(const CellIndex& from, int part, const Layers& layers, uint32_t base, Worker& worker) const;
+  void inferGroup(const BlockGroups::Group& group, const BlockShape& shape, Worker& worker) const;
+  void draftPart(const CellIndex& from, int part, const Layers& layers, uint32_t base, Worker& worker) const;
   [[nodiscard]] BlockPlace placeOf(const BlockIndex& target) const;
   [[nodiscard]] CellIndex firstCellOf(const BlockIndex& target) const;
 
   ScanTrainer trainer_;
-  /// Kept from scan to scan: threads hardly ever join an arena that is gone after a millisecond.
-  std::unique_ptr<tbb::task_arena> arena_;
-  unsigned arenaThreads_ = 0;  ///< of arena_
   std::optional<Weights> weights_;
   const TrainingSet* training_ = nullptr;
   std::optional<ScanFrame> frame_;
@@ -194,8 +130,7 @@ class BgkScanInference::Implementation
   ScanBlocks targets_;
   BlockLists hitLists_;
   BlockLists freeLists_;
-  std::vector<uint32_t> order_;
-  std::vector<Group> groups_;
+  BlockGroups groups_;
   std::array<uint32_t, kScanBlockCells>
       partOffsets_{};  ///< Morton numbers of cells (x, y, z), at (z·8 + y)·8 + x
   WeightScale pointScale_{1.0, 1.0};
@@ -206,71 +141,43 @@ class BgkScanInference::Implementation
 BgkScanInference::BgkScanInference() : implementation_(std::make_unique<Implementation>()) {}
 BgkScanInference::~BgkScanInference() = default;
 
-RayCounts BgkScanInference::addScan(const Scan& scan, const BgkInference& inference,
-                                    const BgkStructure& structure, int32_t layer, unsigned threads,
-                                    const RuleForBlock& ruleFor, BlockGrid& grid)
+Evidence BgkScanInference::infer(const Scan& scan, const BgkInference& inference,
+                                 const BgkStructure& structure, int32_t layer, const Workers& workers,
+                                 RayCounts& counts)
 {
-  return implementation_->addScan(scan, inference, structure, layer, threads, ruleFor, grid);
+  return implementation_->infer(scan, inference, structure, layer, workers, counts);
 }
 
-RayCounts BgkScanInference::Implementation::addScan(const Scan& scan, const BgkInference& inference,
-                                                    const BgkStructure& structure, int32_t layer,
-                                                    unsigned threads, const RuleForBlock& ruleFor,
-                                                    BlockGrid& grid)
+Evidence BgkScanInference::Implementation::infer(const Scan& scan, const BgkInference& inference,
+                                                 const BgkStructure& structure, int32_t layer,
+                                                 const Workers& workers, RayCounts& counts)
 {
   const bool wantsFree = inference.freeSpace != FreeSpace::None;
   SelectedRays rays =
       selectRays(scan, {inference.minRange, inference.maxRange,
                         inference.considerInvalidRangesAsFreeSpace && wantsFree, inference.rayDecimation});
-  std::optional<CellIndex> anchor;
-  for (const SelectedFan& fan : rays.fans)
-  {
-    if (!anchor && fan.origin_map.allFinite()) anchor = cellAt(fan.origin_map, structure.resolution);
-  }
-  if (!anchor) anchor = CellIndex{};
-  if (structure.planar) anchor->z = layer;
-  frame_.emplace(structure.resolution, *anchor, structure.planar);
+  CellIndex anchor = anchorOf(rays, structure.resolution);
+  if (structure.planar) anchor.z = layer;
+  frame_.emplace(structure.resolution, anchor, structure.planar);
   layer_ = layer;
   if (!weights_ || !weights_->areFor(inference, structure.resolution, structure.planar))
     weights_.emplace(inference, structure.resolution, structure.planar);
 
-  const auto work = [&]
-  {
-    training_ = &trainer_.train(rays, inference.trainingRules(), *frame_, structure.planar,
-                                structure.resolution, threads);
-    findTargets();
-    tabulatePartOffsets(grid.shape());
-    groupTargets(std::max(kScanBlockLog2Edge, grid.shape().log2Edge()));
+  workers.run(
+      [&]
+      {
+        training_ = &trainer_.train(rays, inference.trainingRules(), *frame_, structure.planar,
+                                    structure.resolution, workers.threads());
+      });
+  counts = rays.counts;
+  findTargets();
+  const BlockShape shape(structure.blockDepth - 1, structure.planar);
+  tabulatePartOffsets(shape);
+  groupTargets(shape.log2Edge());
 
-    tbb::enumerable_thread_specific<Worker> workers([&] { return Worker(grid.shape()); });
-    if (threads <= 1)
-    {
-      for (const Group& group : groups_) addGroup(group, workers.local(), ruleFor, grid);
-    }
-    else
-    {
-      tbb::parallel_for(tbb::blocked_range<size_t>(0, groups_.size(), 8),
-                        [&](const tbb::blocked_range<size_t>& range)
-                        {
-                          Worker& worker = workers.local();
-                          for (size_t i = range.begin(); i != range.end(); ++i)
-                            addGroup(groups_[i], worker, ruleFor, grid);
-                        });
-    }
-    for (Worker& worker : workers)
-    {
-      for (auto& [index, block] : worker.created) grid.findOrCreate(index) = std::move(block);
-    }
-  };
-  if (threads <= 1)
-    work();
-  else
-  {
-    if (arenaThreads_ != threads) arena_ = std::make_unique<tbb::task_arena>(static_cast<int>(threads));
-    arenaThreads_ = threads;
-    arena_->execute(work);
-  }
-  return rays.counts;
+  tbb::enumerable_thread_specific<Worker> own([&] { return Worker(shape); });
+  workers.forEach(groups_.all().size(), [&](size_t i) { inferGroup(groups_.all()[i], shape, own.local()); });
+  return collectEvidence(shape, SumKind::Counts, own);
 }
 
 CellIndex BgkScanInference::Implementation::firstCellOf(const BlockIndex& target) const
@@ -402,28 +309,16 @@ void BgkScanInference::Implementation::tabulatePartOffsets(const BlockShape& sha
   }
 }
 
-/// Sorts the targets so that those which share a block of the map stand together.
-void BgkScanInference::Implementation::groupTargets(int log2GroupEdge)
+/// Puts targets together that share a block of the map.
+void BgkScanInference::Implementation::groupTargets(int log2BlockEdge)
 {
-  const std::vector<BlockIndex>& targets = targets_.blocks();
-  const auto groupOf = [&](uint32_t target)
-  {
-    const CellIndex cell = firstCellOf(targets[target]);
-    return BlockIndex{cell.x >> log2GroupEdge, cell.y >> log2GroupEdge, cell.z >> log2GroupEdge};
-  };
-  order_.resize(targets.size());
-  for (uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
-  if (log2GroupEdge > kScanBlockLog2Edge)
-  {
-    std::sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) { return groupOf(a) < groupOf(b); });
-  }
-  groups_.clear();
-  for (uint32_t i = 0; i < order_.size(); ++i)
-  {
-    const BlockIndex place = groupOf(order_[i]);
-    if (groups_.empty() || !(groups_.back().place == place)) groups_.push_back({place, i, i});
-    groups_.back().end = i + 1;
-  }
+  const int log2Edge = std::max(kScanBlockLog2Edge, log2BlockEdge);
+  groups_.form(targets_.blocks().size(), log2Edge == kScanBlockLog2Edge,
+               [&](uint32_t target)
+               {
+                 const CellIndex cell = firstCellOf(targets_.blocks()[target]);
+                 return BlockIndex{cell.x >> log2Edge, cell.y >> log2Edge, cell.z >> log2Edge};
+               });
 }
 
 /// Looks up the blocks around one, as far as the stencils reach.
@@ -435,7 +330,8 @@ void BgkScanInference::Implementation::findNeighbours(const BlockIndex& block, W
       {block.x - n, block.y - n, block.z - n}, {block.x + n, block.y + n, block.z + n},
       [&](const BlockIndex& neighbour)
       {
-        const int32_t number = training_->blocks.find(neighbour);
+        const bool isReached = !weights_->planar || neighbour.z == block.z;
+        const int32_t number = isReached ? training_->blocks.find(neighbour) : -1;
         const bool there = number >= 0 && static_cast<size_t>(number) < training_->masks.size();
         worker.neighbours.push_back(there ? &training_->masks[static_cast<size_t>(number)] : nullptr);
       });
@@ -525,33 +421,15 @@ Layers BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker)
   return reached;
 }
 
-void BgkScanInference::Implementation::addGroup(const Group& group, Worker& worker,
-                                                const RuleForBlock& ruleFor, BlockGrid& grid) const
+void BgkScanInference::Implementation::inferGroup(const BlockGroups::Group& group, const BlockShape& shape,
+                                                  Worker& worker) const
 {
-  const BlockShape& shape = grid.shape();
-  BlockAdder& adder = worker.adder;
-  const auto finish = [&](const CellIndex& cell)
-  {
-    if (!adder.any()) return;
-    const BlockIndex index = grid.blockOf(cell);
-    if (EvidenceBlock* block = grid.find(index))
-      adder.addTo(*block, ruleFor(index));
-    else
-    {
-      worker.created.emplace_back(index, EvidenceBlock{});
-      adder.addTo(worker.created.back().second, ruleFor(index));
-    }
-    adder.clear();
-  };
-
   // The part of a scan block that one block of the map holds; a larger block of the map holds all of a group.
   const int part = std::min(kEdge, shape.edge());
   const bool holdsGroup = shape.edge() > kEdge;
-  adder.clear();
   CellIndex corner;
-  for (uint32_t i = group.begin; i < group.end; ++i)
+  for (const uint32_t target : group)
   {
-    const size_t target = order_[i];
     const CellIndex first = firstCellOf(targets_.blocks()[target]);
     const Layers reached = sumBlock(target, worker);
     Layers layers = reached;
@@ -564,24 +442,26 @@ void BgkScanInference::Implementation::addGroup(const Group& group, Worker& work
         for (int x = 0; x < kEdge; x += part)
         {
           corner = {first.x + x, first.y + y, first.z + z};
-          addPart({x, y, z}, part, {std::max(z, layers.begin), std::min(z + partZ, layers.end)},
-                  shape.offsetOf(corner), worker);
-          if (!holdsGroup) finish(corner);
+          draftPart({x, y, z}, part, {std::max(z, layers.begin), std::min(z + partZ, layers.end)},
+                    shape.offsetOf(corner), worker);
+          if (!holdsGroup) worker.draft.finishBlock(shape.blockOf(corner));
         }
       }
     }
     clearSums(reached, worker.occupied);
     clearSums(reached, worker.free);
   }
-  if (holdsGroup) finish(corner);
+  if (holdsGroup) worker.draft.finishBlock(shape.blockOf(corner));
 }
 
-/** Rounds the sums of a part of a scan block to evidence, and hands it to the adder.
+/** Rounds the sums of a part of a scan block to evidence, and hands it to the draft.
  * @param from first cell of the part in the scan block; @param layers of the part that evidence may be in
  * @param base Morton number of that first cell in the map's block */
-void BgkScanInference::Implementation::addPart(const CellIndex& from, int part, const Layers& layers,
-                                               uint32_t base, Worker& worker) const
+void BgkScanInference::Implementation::draftPart(const CellIndex& from, int part, const Layers& layers,
+                                                 uint32_t base, Worker& worker) const
 {
+  const WeightScale occupiedScale = occupiedScale_;  // here, no store can change them
+  const WeightScale freeScale = freeScale_;
   for (int z = layers.begin; z < layers.end; ++z)
   {
     for (int y = 0; y < part; ++y)
@@ -590,10 +470,11 @@ void BgkScanInference::Implementation::addPart(const CellIndex& from, int part, 
       const auto partRow = static_cast<size_t>(((z - from.z) * kEdge + y) * kEdge);
       for (int x = 0; x < part; ++x)
       {
-        const size_t i = row + static_cast<size_t>(x);
-        if ((worker.occupied[i] | worker.free[i]) == 0) continue;
-        worker.adder.set(base | partOffsets_[partRow + static_cast<size_t>(x)],
-                         {occupiedScale_.evidence(worker.occupied[i]), freeScale_.evidence(worker.free[i])});
+        const int64_t occupied = worker.occupied[row + static_cast<size_t>(x)];
+        const int64_t free = worker.free[row + static_cast<size_t>(x)];
+        if ((occupied | free) == 0) continue;
+        worker.draft.set(base | partOffsets_[partRow + static_cast<size_t>(x)],
+                         {occupiedScale.evidence(occupied), freeScale.evidence(free)});
       }
     }
   }

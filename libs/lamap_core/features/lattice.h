@@ -1,8 +1,8 @@
 #pragma once
 
 #include <lamap_core/features/site_set.h>
-#include <lamap_core/grid/block_grid.h>
 #include <lamap_core/grid/cell.h>
+#include <lamap_core/grid/evidence.h>
 #include <tsl/robin_map.h>
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 #include <lamap_core/gp/scan_inference.h>
 
-#include <lamap_core/bgk/point_sums.h>
+#include <lamap_core/gp/reading.h>
 #include <lamap_core/gp/regression.h>
-#include <lamap_core/grid/signed_evidence.h>
-#include <lamap_core/math/workers.h>
+#include <lamap_core/grid/block_lists.h>
+#include <lamap_core/grid/evidence_draft.h>
 #include <lamap_core/training/scan_training.h>
 #include <tbb/enumerable_thread_specific.h>
 
@@ -79,8 +79,8 @@ struct CovarianceFor
 class GpScanInference::Implementation
 {
  public:
-  RayCounts addScan(const Scan& scan, const GpInference& inference, const GpStructure& structure,
-                    int32_t layer, unsigned threads, const RuleForBlock& ruleFor, BlockGrid& grid);
+  Evidence infer(const Scan& scan, const GpInference& inference, const GpStructure& structure, int32_t layer,
+                 const Workers& workers, RayCounts& counts);
 
  private:
   /// The training points of one block of the map.
@@ -103,10 +103,10 @@ class GpScanInference::Implementation
   struct Worker
   {
     explicit Worker(const BlockShape& shape)
-        : adder(shape), precision(shape.cellCount()), weighted(shape.cellCount()), touched(shape.maskWords())
+        : draft(shape), precision(shape.cellCount()), weighted(shape.cellCount()), touched(shape.maskWords())
     {
     }
-    SignedAdder adder;
+    EvidenceDraft draft;
     std::vector<double> precision;  ///< Σ(1/σ² − 1/σ_f²); these are zero between blocks
     std::vector<double> weighted;   ///< Σ μ/σ²
     std::vector<uint64_t> touched;
@@ -114,32 +114,23 @@ class GpScanInference::Implementation
     GpExpert expert;
     GpExpert::Scratch scratch;
     GpExpert::Prediction prediction;
-    std::vector<std::pair<BlockIndex, EvidenceBlock>> created;
   };
 
-  void labelPoints(const TrainingSet& training, const BlockGrid& grid);
-  void labelMasks(const TrainingSet& training, const BlockGrid& grid);
-  void label(const Eigen::Vector3d& place, double label, const BlockGrid& grid);
+  void labelPoints(const TrainingSet& training);
+  void labelMasks(const TrainingSet& training);
+  void label(const Eigen::Vector3d& place, double label);
   void formDataBlocks();
-  void findTargets(const BlockGrid& grid);
+  void findTargets();
   void trainExperts(tbb::enumerable_thread_specific<Worker>& workers);
-  void inferBlock(size_t target, Worker& worker, const RuleForBlock& ruleFor, BlockGrid& grid) const;
-  void gatherAround(size_t target, const CellIndex& first, const BlockShape& shape, Worker& worker) const;
-  void addExpert(const GpExpert& expert, const CellIndex& first, const BlockShape& shape,
-                 Worker& worker) const;
-  void setEvidence(Worker& worker) const;
-  /// First cell of a block of the map, from the anchor.
-  [[nodiscard]] CellIndex firstCellOf(const BlockIndex& block, const BlockGrid& grid) const
-  {
-    const CellIndex cell = grid.firstCellOf(block);
-    return {cell.x - anchor_.x, cell.y - anchor_.y, cell.z - anchor_.z};
-  }
-
+  void inferBlock(size_t target, Worker& worker) const;
+  void gatherAround(size_t target, const CellIndex& first, Worker& worker) const;
+  void addExpert(const GpExpert& expert, const CellIndex& first, Worker& worker) const;
+  void draftBlock(const BlockIndex& index, Worker& worker) const;
   ScanTrainer trainer_;
-  std::optional<Workers> workers_;
-  unsigned workersAsked_ = 0;
   std::optional<CovarianceFor> covariance_;
-  // Of the scan that is being added.
+  // Of the scan of which evidence is made.
+  const Workers* workers_ = nullptr;
+  BlockShape shape_{1, false};
   GpInference inference_;
   GpStructure structure_;
   CellIndex anchor_;
@@ -156,63 +147,52 @@ class GpScanInference::Implementation
 GpScanInference::GpScanInference() : implementation_(std::make_unique<Implementation>()) {}
 GpScanInference::~GpScanInference() = default;
 
-RayCounts GpScanInference::addScan(const Scan& scan, const GpInference& inference,
-                                   const GpStructure& structure, int32_t layer, unsigned threads,
-                                   const RuleForBlock& ruleFor, BlockGrid& grid)
+Evidence GpScanInference::infer(const Scan& scan, const GpInference& inference, const GpStructure& structure,
+                                int32_t layer, const Workers& workers, RayCounts& counts)
 {
-  return implementation_->addScan(scan, inference, structure, layer, threads, ruleFor, grid);
+  return implementation_->infer(scan, inference, structure, layer, workers, counts);
 }
 
-RayCounts GpScanInference::Implementation::addScan(const Scan& scan, const GpInference& inference,
-                                                   const GpStructure& structure, int32_t layer,
-                                                   unsigned threads, const RuleForBlock& ruleFor,
-                                                   BlockGrid& grid)
+Evidence GpScanInference::Implementation::infer(const Scan& scan, const GpInference& inference,
+                                                const GpStructure& structure, int32_t layer,
+                                                const Workers& workers, RayCounts& counts)
 {
   inference_ = inference;
   structure_ = structure;
-  if (!workers_ || workersAsked_ != threads) workers_.emplace(threads);
-  workersAsked_ = threads;
+  workers_ = &workers;
   SelectedRays rays = selectRays(scan, inference.rangeLimits());
-  std::optional<CellIndex> anchor;
-  for (const SelectedFan& fan : rays.fans)
-  {
-    if (!anchor && fan.origin_map.allFinite()) anchor = cellAt(fan.origin_map, structure.resolution);
-  }
-  anchor_ = anchor.value_or(CellIndex{});
+  anchor_ = anchorOf(rays, structure.resolution);
   if (structure.planar) anchor_.z = layer;
 
   support_ = lengthInCells(*inference.kernelSupport, structure.resolution);
+  shape_ = BlockShape(structure.blockDepth - 1, structure.planar);
   const bool inCells = inference.trainingPoints == TrainingPoints::Cells;
-  const int farthest = inCells ? grid.shape().edge() + 2 * static_cast<int>(support_) + 2 : 0;
+  const int farthest = inCells ? shape_.edge() + 2 * static_cast<int>(support_) + 2 : 0;
   if (!covariance_ || !covariance_->isFor(inference, structure, farthest))
     covariance_.emplace(inference, structure, farthest);
 
   const ScanFrame frame(structure.resolution, anchor_, structure.planar);
   const TrainingSet& training = trainer_.train(rays, inference.trainingRules(), frame, structure.planar,
-                                               structure.resolution, workers_->threads());
-  labelPoints(training, grid);
+                                               structure.resolution, workers.threads());
+  counts = rays.counts;
+  labelPoints(training);
   formDataBlocks();
-  findTargets(grid);
+  findTargets();
 
-  tbb::enumerable_thread_specific<Worker> own([&] { return Worker(grid.shape()); });
+  tbb::enumerable_thread_specific<Worker> own([&] { return Worker(shape_); });
   if (inference.nested) trainExperts(own);
-  workers_->forEach(targets_.blocks().size(),
-                    [&](size_t target) { inferBlock(target, own.local(), ruleFor, grid); });
-  for (Worker& worker : own)
-  {
-    for (auto& [index, block] : worker.created) grid.findOrCreate(index) = std::move(block);
-  }
-  return rays.counts;
+  workers.forEach(targets_.blocks().size(), [&](size_t target) { inferBlock(target, own.local()); });
+  return collectEvidence(shape_, SumKind::Signed, own);
 }
 
-void GpScanInference::Implementation::label(const Eigen::Vector3d& place, double label, const BlockGrid& grid)
+void GpScanInference::Implementation::label(const Eigen::Vector3d& place, double label)
 {
   const CellIndex cell{anchor_.x + localCell(place.x()), anchor_.y + localCell(place.y()),
                        anchor_.z + localCell(place.z())};
-  labelled_.push_back({grid.blockOf(cell), {place, label}});
+  labelled_.push_back({shape_.blockOf(cell), {place, label}});
 }
 
-void GpScanInference::Implementation::labelMasks(const TrainingSet& training, const BlockGrid& grid)
+void GpScanInference::Implementation::labelMasks(const TrainingSet& training)
 {
   const BlockOffset offset(anchor_);
   for (size_t i = 0; i < training.masks.size(); ++i)
@@ -227,7 +207,7 @@ void GpScanInference::Implementation::labelMasks(const TrainingSet& training, co
         this->label({block.x * kScanBlockEdge - offset.x + bit % kScanBlockEdge + 0.5,
                      block.y * kScanBlockEdge - offset.y + bit / kScanBlockEdge + 0.5,
                      block.z * kScanBlockEdge - offset.z + static_cast<int>(z) + 0.5},
-                    label, grid);
+                    label);
       }
     };
     for (size_t z = 0; z < kScanBlockEdge; ++z)
@@ -239,11 +219,11 @@ void GpScanInference::Implementation::labelMasks(const TrainingSet& training, co
 }
 
 /// The scan's training points, in an order that depends on neither threads nor the place on the map.
-void GpScanInference::Implementation::labelPoints(const TrainingSet& training, const BlockGrid& grid)
+void GpScanInference::Implementation::labelPoints(const TrainingSet& training)
 {
   labelled_.clear();
   if (inference_.trainingPoints == TrainingPoints::Cells)
-    labelMasks(training, grid);
+    labelMasks(training);
   else
   {
     const BlockOffset offset(anchor_);
@@ -260,9 +240,9 @@ void GpScanInference::Implementation::labelPoints(const TrainingSet& training, c
                   ((cell.y & kLow) * kScanBlockEdge + (cell.x & kLow)) &
               1) != 0;
     };
-    for (const Eigen::Vector3d& point : training.hitPoints) label(point, 1.0, grid);
+    for (const Eigen::Vector3d& point : training.hitPoints) label(point, 1.0);
     for (const Eigen::Vector3d& point : training.freePoints)
-      if (!isProtected(point)) label(point, -1.0, grid);
+      if (!isProtected(point)) label(point, -1.0);
   }
   const auto orderOf = [](const Labelled& one)
   {
@@ -294,7 +274,7 @@ void GpScanInference::Implementation::formDataBlocks()
 }
 
 /// The blocks of the map that have cells within the support of a data block's box.
-void GpScanInference::Implementation::findTargets(const BlockGrid& grid)
+void GpScanInference::Implementation::findTargets()
 {
   std::vector<std::pair<BlockIndex, BlockIndex>> boxes;
   boxes.reserve(dataBlocks_.size());
@@ -315,7 +295,7 @@ void GpScanInference::Implementation::findTargets(const BlockGrid& grid)
     if (!structure_.planar) reach(2, &CellIndex::z);
     // Between the centres of cells a small support may reach none.
     last = {std::max(first.x, last.x), std::max(first.y, last.y), std::max(first.z, last.z)};
-    const auto& [from, to] = boxes.emplace_back(grid.blockOf(first), grid.blockOf(last));
+    const auto& [from, to] = boxes.emplace_back(shape_.blockOf(first), shape_.blockOf(last));
     const bool isFirst = boxes.size() == 1;
     low = isFirst ? from
                   : BlockIndex{std::min(low.x, from.x), std::min(low.y, from.y), std::min(low.z, from.z)};
@@ -326,10 +306,9 @@ void GpScanInference::Implementation::findTargets(const BlockGrid& grid)
   for (size_t i = 0; i < boxes.size(); ++i)
   {
     const auto& [from, to] = boxes[i];
-    for (int32_t z = from.z; z <= to.z; ++z)
-      for (int32_t y = from.y; y <= to.y; ++y)
-        for (int32_t x = from.x; x <= to.x; ++x)
-          targetLists_.add(targets_.findOrAdd({x, y, z}), static_cast<uint32_t>(i));
+    forEachBlock(from, to,
+                 [&, item = static_cast<uint32_t>(i)](const BlockIndex& target)
+                 { targetLists_.add(targets_.findOrAdd(target), item); });
   }
   targetLists_.sort(targets_.blocks().size());
 }
@@ -357,12 +336,12 @@ void GpScanInference::Implementation::trainExperts(tbb::enumerable_thread_specif
 
 /// All training points within the support of the block: of the box of its cells' centres.
 void GpScanInference::Implementation::gatherAround(size_t target, const CellIndex& first,
-                                                   const BlockShape& shape, Worker& worker) const
+                                                   Worker& worker) const
 {
   worker.points.clear();
   const Eigen::Vector3d low(first.x + 0.5, first.y + 0.5, first.z + 0.5);
-  const double width = shape.edge() - 1;
-  const Eigen::Vector3d high = low + Eigen::Vector3d(width, width, shape.planar() ? 0.0 : width);
+  const double width = shape_.edge() - 1;
+  const Eigen::Vector3d high = low + Eigen::Vector3d(width, width, shape_.planar() ? 0.0 : width);
   for (const uint32_t i : targetLists_.of(target))
   {
     for (size_t p = dataBlocks_[i].begin; p < dataBlocks_[i].end; ++p)
@@ -374,51 +353,41 @@ void GpScanInference::Implementation::gatherAround(size_t target, const CellInde
   }
 }
 
-void GpScanInference::Implementation::inferBlock(size_t target, Worker& worker, const RuleForBlock& ruleFor,
-                                                 BlockGrid& grid) const
+void GpScanInference::Implementation::inferBlock(size_t target, Worker& worker) const
 {
-  const BlockShape& shape = grid.shape();
   const BlockIndex& index = targets_.blocks()[target];
-  const CellIndex first = firstCellOf(index, grid);
+  const CellIndex cell = shape_.firstCellOf(index);
+  const CellIndex first{cell.x - anchor_.x, cell.y - anchor_.y, cell.z - anchor_.z};
   if (inference_.nested)
   {
     for (const uint32_t i : targetLists_.of(target))
       for (size_t e = dataBlocks_[i].firstExpert; e < dataBlocks_[i].lastExpert; ++e)
-        addExpert(experts_[e], first, shape, worker);
+        addExpert(experts_[e], first, worker);
   }
   else
   {
-    gatherAround(target, first, shape, worker);
+    gatherAround(target, first, worker);
     splitPoints(worker.points.data(), worker.points.size(), inference_.maxPoints,
                 [&](const GpPoint* part, size_t count)
                 {
                   worker.expert.train(part, count, covariance_->covariance, structure_.noiseVariance,
                                       worker.scratch);
-                  addExpert(worker.expert, first, shape, worker);
+                  addExpert(worker.expert, first, worker);
                 });
   }
-  worker.adder.clear();
-  setEvidence(worker);
-  if (!worker.adder.any()) return;
-  if (EvidenceBlock* block = grid.find(index))
-    worker.adder.addTo(*block, ruleFor(index));
-  else
-  {
-    worker.created.emplace_back(index, EvidenceBlock{});
-    worker.adder.addTo(worker.created.back().second, ruleFor(index));
-  }
+  draftBlock(index, worker);
 }
 
 /// Adds what an expert says of the cells of a block. @param first cell of the block, from the anchor
 void GpScanInference::Implementation::addExpert(const GpExpert& expert, const CellIndex& first,
-                                                const BlockShape& shape, Worker& worker) const
+                                                Worker& worker) const
 {
   std::array<std::pair<int32_t, int32_t>, 3> box;
   for (Eigen::Index axis = 0; axis < 3; ++axis)
   {
     const int32_t from = axis == 0 ? first.x : axis == 1 ? first.y : first.z;
     auto [low, high] = cellsBetween(expert.low()[axis] - support_, expert.high()[axis] + support_);
-    const int32_t last = axis == 2 && shape.planar() ? 0 : shape.edge() - 1;
+    const int32_t last = axis == 2 && shape_.planar() ? 0 : shape_.edge() - 1;
     box[static_cast<size_t>(axis)] = {std::max(low - from, 0), std::min(high - from, last)};
   }
   constexpr size_t kTile = std::tuple_size_v<GpTile>;
@@ -458,17 +427,16 @@ void GpScanInference::Implementation::addExpert(const GpExpert& expert, const Ce
         places.x[used] = first.x + x + 0.5;
         places.y[used] = first.y + y + 0.5;
         places.z[used] = first.z + z + 0.5;
-        offsets[used] =
-            shape.offsetOfLocal(static_cast<uint32_t>(x), static_cast<uint32_t>(y), static_cast<uint32_t>(z));
+        offsets[used] = shape_.offsetOfLocal(static_cast<uint32_t>(x), static_cast<uint32_t>(y),
+                                             static_cast<uint32_t>(z));
         if (++used == kTile) flush();
       }
   flush();
 }
 
-/// Rounds the block's sums, hands them to the adder, and makes them zero again.
-void GpScanInference::Implementation::setEvidence(Worker& worker) const
+/// Rounds the block's sums, drafts its evidence, and makes them zero again.
+void GpScanInference::Implementation::draftBlock(const BlockIndex& index, Worker& worker) const
 {
-  const auto units = [](double sum) { return static_cast<int64_t>(std::floor(sum / kEvidenceUnit + 0.5)); };
   for (size_t word = 0; word < worker.touched.size(); ++word)
   {
     for (uint64_t rest = std::exchange(worker.touched[word], 0); rest != 0; rest &= rest - 1)
@@ -476,13 +444,10 @@ void GpScanInference::Implementation::setEvidence(Worker& worker) const
       const auto offset = static_cast<uint32_t>(word * 64 + static_cast<size_t>(__builtin_ctzll(rest)));
       const double precision = std::exchange(worker.precision[offset], 0.0);
       const double weighted = std::exchange(worker.weighted[offset], 0.0);
-      if (structure_.fusion == GpFusion::Bcm)
-        worker.adder.set(offset,
-                         {encodedSum(std::max<int64_t>(units(precision), 0)), encodedSum(units(weighted))});
-      else
-        worker.adder.set(offset, {0, encodedSum(units(structure_.squash() * weighted))});  // Eq. (2.25)
+      worker.draft.set(offset, GpReading::sumsOf(structure_, precision, weighted).coded());
     }
   }
+  worker.draft.finishBlock(index);
 }
 
 }  // namespace lamap

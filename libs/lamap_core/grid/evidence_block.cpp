@@ -60,7 +60,7 @@ struct HeldOctant
 {
   uint32_t begin;
   uint32_t count;
-  Evidence evidence;
+  CellSums sums;
 };
 
 /// The largest octants that may be held once, by their first cell: from the finest level up, an octant may be
@@ -86,9 +86,9 @@ std::vector<HeldOctant> heldOctants(const BlockShape& shape, const DenseBlock& d
                  : static_cast<uint32_t>(next - children) == branching &&
                        std::all_of(children, next,
                                    [&](const HeldOctant& child) { return child.count == count / branching; });
-      Evidence evidence;
-      if (mayBe && merger(dense, begin, count, evidence))
-        held.push_back({begin, count, evidence});
+      CellSums sums;
+      if (mayBe && merger(dense, begin, count, sums))
+        held.push_back({begin, count, sums});
       else
         held.insert(held.end(), children, next);
     }
@@ -97,6 +97,29 @@ std::vector<HeldOctant> heldOctants(const BlockShape& shape, const DenseBlock& d
     if (!grew) break;
   }
   return finer;
+}
+
+/// Calls visit(sums) for each leaf in order. @param starts mask of the leaves' first cells
+template <typename Visit>
+void forEachLeaf(const DenseBlock& dense, const uint64_t* starts, size_t maskWords,
+                 const std::vector<HeldOctant>& held, Visit&& visit)
+{
+  auto nextHeld = held.begin();
+  for (size_t word = 0; word < maskWords; ++word)
+  {
+    const CellSums* const sums = dense.sums.data() + word * 64;
+    if (~starts[word] == 0)
+    {
+      for (size_t i = 0; i < 64; ++i) visit(sums[i]);
+      continue;
+    }
+    for (uint64_t rest = starts[word]; rest != 0; rest &= rest - 1)
+    {
+      const auto bit = static_cast<uint32_t>(__builtin_ctzll(rest));
+      const bool isHeld = nextHeld != held.end() && nextHeld->begin == word * 64 + bit;
+      visit(isHeld ? (nextHeld++)->sums : sums[bit]);
+    }
+  }
 }
 
 constexpr uint32_t spread(uint32_t coordinate, int axes)
@@ -117,6 +140,16 @@ const uint32_t BlockShape::kSpread3[32] = {LAMAP_SPREAD_ROW(0, 3), LAMAP_SPREAD_
                                            LAMAP_SPREAD_ROW(16, 3), LAMAP_SPREAD_ROW(24, 3)};
 #undef LAMAP_SPREAD_ROW
 
+bool DenseBlock::any() const
+{
+  return std::any_of(observed.begin(), observed.end(), [](uint64_t word) { return word != 0; });
+}
+
+void DenseBlock::clear()
+{
+  std::fill(observed.begin(), observed.end(), uint64_t{0});
+}
+
 BlockShape::BlockShape(int log2Edge, bool planar) : log2Edge_(log2Edge), planar_(planar)
 {
   requireLegal(log2Edge >= 1 && log2Edge <= 5, "log2Edge", log2Edge, "a whole number from 1 to 5");
@@ -135,7 +168,7 @@ CellIndex BlockShape::localOf(uint32_t offset) const
   return local;
 }
 
-Evidence EvidenceBlock::at(const BlockShape& shape, uint32_t offset) const
+CellSums EvidenceBlock::at(const BlockShape& shape, uint32_t offset) const
 {
   if (words_.empty() || !bitAt(observedMask(), offset)) return {};
   const uint64_t* first = leafMask(shape);
@@ -162,62 +195,61 @@ void EvidenceBlock::unpack(const BlockShape& shape, DenseBlock& dense) const
 {
   if (words_.empty())
   {
-    std::fill(dense.observed.begin(), dense.observed.end(), uint64_t{0});
+    dense.clear();
     return;
   }
   std::copy_n(observedMask(), shape.maskWords(), dense.observed.begin());
-  visitLeaves(shape,
-              [&](uint32_t first, uint32_t count, const Evidence& evidence)
-              {
-                std::fill_n(dense.occupied.begin() + first, count, evidence.occupied);
-                std::fill_n(dense.free.begin() + first, count, evidence.free);
-              });
+  visitLeaves(shape, [&](uint32_t first, uint32_t count, const CellSums& sums)
+              { std::fill_n(dense.sums.begin() + first, count, sums); });
 }
 
-bool EvidenceBlock::addInPlace(const BlockShape& shape, const uint64_t* touched, const Evidence* added)
+bool EvidenceBlock::isPlainFor(const EvidenceBlock& other) const
 {
-  if (words_.empty() || wide_ || pruned_) return false;
-  const uint64_t* observed = observedMask();
+  return !wide_ && !pruned_ && !other.wide_ && !other.pruned_ && uint64_t{most_} + other.most_ <= kNarrowMax;
+}
+
+void EvidenceBlock::addPlain(const BlockShape& shape, const EvidenceBlock& other)
+{
   const size_t maskWords = shape.maskWords();
+  const uint64_t* const masks = observedMask();
+  const uint64_t* const otherMasks = other.observedMask();
+  const uint64_t* term = other.leaves(shape);
+  most_ += other.most_;
+  if (std::equal(masks, masks + maskWords, otherMasks))
+  {
+    uint64_t* const values = words_.data() + maskWords;
+    for (size_t i = 0, count = words_.size() - maskWords; i < count; ++i) values[i] += term[i];
+    return;
+  }
+  size_t count = 0;
+  for (size_t word = 0; word < maskWords; ++word) count += countBits(masks[word] | otherMasks[word]);
+  std::vector<uint64_t> sum(maskWords + count);
+  const uint64_t* value = leaves(shape);
+  uint64_t* next = sum.data() + maskWords;
   for (size_t word = 0; word < maskWords; ++word)
   {
-    if (touched[word] & ~observed[word]) return false;
-  }
-  uint64_t* const values = words_.data() + maskWords;
-  const auto forEachTouched = [&](auto&& apply)
-  {
-    size_t rank = 0;
-    for (size_t word = 0; word < maskWords; ++word)
+    const uint64_t own = masks[word];
+    const uint64_t theirs = otherMasks[word];
+    sum[word] = own | theirs;
+    if (own == theirs)
     {
-      size_t position = rank;
-      uint64_t passed = 0;  // cells of the word before the one that is next
-      for (uint64_t rest = touched[word]; rest != 0; rest &= rest - 1)
-      {
-        const auto bit = static_cast<uint32_t>(__builtin_ctzll(rest));
-        const uint64_t before = (uint64_t{1} << bit) - 1;
-        const uint64_t skipped = observed[word] & before & ~passed;
-        if (skipped != 0) position += countBits(skipped);
-        apply(values[position++], added[word * 64 + bit]);
-        passed = before << 1 | 1;
-      }
-      rank += countBits(observed[word]);
+      const size_t cells = countBits(own);
+      for (size_t i = 0; i < cells; ++i) next[i] = value[i] + term[i];
+      next += cells;
+      value += cells;
+      term += cells;
+      continue;
     }
-  };
-  uint64_t addedBits = 0;
-  uint64_t valueBits = 0;
-  forEachTouched(
-      [&](uint64_t& value, const Evidence& evidence)
-      {
-        addedBits |= evidence.occupied | evidence.free;
-        valueBits |= value;
-        value += evidence.occupied | evidence.free << 32;
-      });
-  // Two counts below 2^31 cannot pass 2^32. Else all is taken back: the slow way decides.
-  constexpr uint64_t kTopBits = 0x8000000080000000u;
-  if (addedBits >> 31 == 0 && (valueBits & kTopBits) == 0) return true;
-  forEachTouched([](uint64_t& value, const Evidence& evidence)
-                 { value -= evidence.occupied | evidence.free << 32; });
-  return false;
+    for (uint64_t rest = own | theirs; rest != 0; rest &= rest - 1)
+    {
+      const uint64_t cell = rest & (~rest + 1);
+      uint64_t counts = 0;
+      if ((own & cell) != 0) counts += *value++;
+      if ((theirs & cell) != 0) counts += *term++;
+      *next++ = counts;
+    }
+  }
+  words_.swap(sum);
 }
 
 bool EvidenceBlock::hasEqualOctant(const BlockShape& shape) const
@@ -241,54 +273,49 @@ bool EvidenceBlock::hasEqualOctant(const BlockShape& shape) const
 void EvidenceBlock::pack(const BlockShape& shape, const DenseBlock& dense, const OctantMerger& merger)
 {
   const std::vector<HeldOctant> held = merger ? heldOctants(shape, dense, merger) : std::vector<HeldOctant>{};
+  const size_t maskWords = shape.maskWords();
 
-  // Every observed cell starts a leaf but those inside an octant that is held once.
-  std::vector<uint64_t> first = dense.observed;
+  // Each observed cell starts a leaf but those inside an octant that is held once.
+  std::vector<uint64_t> starts;
+  if (!held.empty()) starts = dense.observed;
   for (const HeldOctant& octant : held)
   {
-    clearBits(first, octant.begin, octant.count);
-    first[octant.begin >> 6] |= uint64_t{1} << (octant.begin & 63);
+    clearBits(starts, octant.begin, octant.count);
+    starts[octant.begin >> 6] |= uint64_t{1} << (octant.begin & 63);
   }
+  const uint64_t* const first = held.empty() ? dense.observed.data() : starts.data();
+  const size_t count = countBits(first, maskWords);
+  std::vector<uint64_t> words(count > 0 ? maskWords + starts.size() + count : 0);
+  if (count > 0)
+  {
+    std::copy_n(starts.data(), starts.size(), std::copy_n(dense.observed.data(), maskWords, words.data()));
+  }
+  uint64_t* next = words.data() + (words.size() - count);
+  uint64_t bits = 0;
+  const auto packNarrow = [&](const CellSums& sums)
+  {
+    bits |= sums.first | sums.second;
+    *next++ = sums.first | sums.second << 32;
+  };
+  forEachLeaf(dense, first, maskWords, held, packNarrow);
+  const bool wide = bits > kNarrowMax;
+  if (wide)
+  {
+    std::vector<uint64_t> wider(words.size() + count);
+    std::copy_n(words.data(), words.size() - count, wider.data());
+    words.swap(wider);
+    next = words.data() + (words.size() - 2 * count);
+    const auto packWide = [&](const CellSums& sums)
+    {
+      *next++ = sums.first;
+      *next++ = sums.second;
+    };
+    forEachLeaf(dense, first, maskWords, held, packWide);
+  }
+  words_.swap(words);
+  most_ = static_cast<uint32_t>(std::min(bits, kNarrowMax));
+  wide_ = wide;
   pruned_ = !held.empty();
-
-  uint64_t largest = 0;
-  std::vector<Evidence> leaves;
-  leaves.reserve(countBits(first.data(), first.size()));
-  auto nextHeld = held.begin();
-  for (size_t word = 0; word < first.size(); ++word)
-  {
-    for (uint64_t rest = first[word]; rest != 0; rest &= rest - 1)
-    {
-      const auto offset = static_cast<uint32_t>(word * 64 + static_cast<size_t>(__builtin_ctzll(rest)));
-      const bool isHeld = nextHeld != held.end() && nextHeld->begin == offset;
-      leaves.push_back(isHeld ? (nextHeld++)->evidence : dense.at(offset));
-      largest |= leaves.back().occupied | leaves.back().free;
-    }
-  }
-  wide_ = largest > kNarrowMax;
-
-  words_.clear();
-  if (leaves.empty())
-  {
-    pruned_ = false;
-    words_.shrink_to_fit();
-    return;
-  }
-  words_.reserve((pruned_ ? 2 : 1) * shape.maskWords() + (wide_ ? 2 : 1) * leaves.size());
-  words_.insert(words_.end(), dense.observed.begin(), dense.observed.end());
-  if (pruned_) words_.insert(words_.end(), first.begin(), first.end());
-  for (const Evidence& evidence : leaves)
-  {
-    if (wide_)
-    {
-      words_.push_back(evidence.occupied);
-      words_.push_back(evidence.free);
-    }
-    else
-    {
-      words_.push_back(evidence.occupied | evidence.free << 32);
-    }
-  }
 }
 
 size_t EvidenceBlock::leafCount(const BlockShape& shape) const
@@ -330,10 +357,10 @@ EvidenceBlock EvidenceBlock::fromWords(const BlockShape& shape, bool wide, bool 
   bool octants = true;
   uint32_t covered = 0;
   block.visitLeaves(shape,
-                    [&](uint32_t first, uint32_t count, const Evidence& evidence)
+                    [&](uint32_t first, uint32_t count, const CellSums& sums)
                     {
-                      largest = std::max({largest, evidence.occupied, evidence.free});
-                      empty = empty || !evidence.any();
+                      largest = std::max({largest, sums.first, sums.second});
+                      empty = empty || !sums.any();
                       uint32_t octant = 1;
                       while (octant < count) octant *= static_cast<uint32_t>(shape.branching());
                       octants = octants && octant == count && first % count == 0;
@@ -344,6 +371,7 @@ EvidenceBlock EvidenceBlock::fromWords(const BlockShape& shape, bool wide, bool 
   if (wide != (largest > kNarrowMax)) refuse("the width of its counts does not fit their size");
   if (largest >> 63) refuse("a count passes 2^63");
   if (pruned && leafCount == block.observedCount(shape)) refuse("it is said to be pruned and is not");
+  block.most_ = static_cast<uint32_t>(std::min(largest, kNarrowMax));
   return block;
 }
 

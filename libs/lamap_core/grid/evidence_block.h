@@ -1,6 +1,7 @@
 #pragma once
 
 #include <lamap_core/grid/cell.h>
+#include <lamap_core/grid/cell_sums.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -9,20 +10,34 @@
 
 namespace lamap
 {
-/// Fractional bits of the fixed-point evidence that cells hold.
-constexpr int kEvidenceFractionBits = 20;
-constexpr double kEvidenceUnit = 1.0 / (1 << kEvidenceFractionBits);
-
-/// Evidence of a cell in units of 2^-20: for BGK Σk·y and Σk·(1−y), without the prior.
-struct Evidence
+/// Index of a block: floor of the cell index divided by the block's edge in cells.
+struct BlockIndex
 {
-  uint64_t occupied = 0;
-  uint64_t free = 0;
+  int32_t x = 0;
+  int32_t y = 0;
+  int32_t z = 0;
 
-  [[nodiscard]] bool any() const { return (occupied | free) != 0; }
-  friend bool operator==(const Evidence& a, const Evidence& b)
+  friend bool operator==(const BlockIndex& a, const BlockIndex& b)
   {
-    return a.occupied == b.occupied && a.free == b.free;
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+  }
+  /// By z, then y, then x: the order of blocks in files.
+  friend bool operator<(const BlockIndex& a, const BlockIndex& b)
+  {
+    if (a.z != b.z) return a.z < b.z;
+    if (a.y != b.y) return a.y < b.y;
+    return a.x < b.x;
+  }
+};
+
+struct BlockIndexHash
+{
+  [[nodiscard]] size_t operator()(const BlockIndex& index) const noexcept
+  {
+    uint64_t h = static_cast<uint32_t>(index.x) * 0x9E3779B97F4A7C15ULL;
+    h ^= (static_cast<uint32_t>(index.y) + (h >> 29)) * 0xBF58476D1CE4E5B9ULL;
+    h ^= (static_cast<uint32_t>(index.z) + (h >> 32)) * 0x94D049BB133111EBULL;
+    return static_cast<size_t>(h ^ (h >> 31));
   }
 };
 
@@ -40,7 +55,7 @@ class BlockShape
   [[nodiscard]] int edge() const { return 1 << log2Edge_; }
   [[nodiscard]] bool planar() const { return planar_; }
   [[nodiscard]] size_t cellCount() const { return size_t{1} << (log2Edge_ * axes()); }
-  /// 64-bit words of a mask with a bit a cell.
+  /// 64-bit words of a mask with one bit per cell.
   [[nodiscard]] size_t maskWords() const { return (cellCount() + 63) / 64; }
   /// Children of a node: 8, or 4 in a planar grid.
   [[nodiscard]] size_t branching() const { return size_t{1} << axes(); }
@@ -59,6 +74,16 @@ class BlockShape
   /// The inverse: local coordinates of a Morton number.
   [[nodiscard]] CellIndex localOf(uint32_t offset) const;
 
+  [[nodiscard]] BlockIndex blockOf(const CellIndex& cell) const
+  {
+    return {cell.x >> log2Edge_, cell.y >> log2Edge_, planar_ ? cell.z : cell.z >> log2Edge_};
+  }
+  /// The cell of a block with the smallest indices.
+  [[nodiscard]] CellIndex firstCellOf(const BlockIndex& block) const
+  {
+    return {block.x * edge(), block.y * edge(), planar_ ? block.z : block.z * edge()};
+  }
+
   friend bool operator==(const BlockShape& a, const BlockShape& b)
   {
     return a.log2Edge_ == b.log2Edge_ && a.planar_ == b.planar_;
@@ -73,42 +98,48 @@ class BlockShape
   bool planar_;
 };
 
-/// A block with every cell by itself: what a block is unpacked into to be changed. Indices are Morton
+/// A block with each cell by itself, to be filled or changed; packed by EvidenceBlock. Indices are Morton
 /// numbers.
 struct DenseBlock
 {
-  explicit DenseBlock(const BlockShape& shape)
-      : observed(shape.maskWords()), occupied(shape.cellCount()), free(shape.cellCount())
-  {
-  }
+  explicit DenseBlock(const BlockShape& shape) : observed(shape.maskWords()), sums(shape.cellCount()) {}
+
   [[nodiscard]] bool isObserved(uint32_t offset) const { return observed[offset >> 6] >> (offset & 63) & 1; }
-  void setObserved(uint32_t offset) { observed[offset >> 6] |= uint64_t{1} << (offset & 63); }
-  [[nodiscard]] Evidence at(uint32_t offset) const { return {occupied[offset], free[offset]}; }
+  [[nodiscard]] bool any() const;
+  /// Zero, or what was there before clear(), where the cell is not observed.
+  [[nodiscard]] const CellSums& at(uint32_t offset) const { return sums[offset]; }
+  void set(uint32_t offset, const CellSums& cell)
+  {
+    sums[offset] = cell;
+    observed[offset >> 6] |= uint64_t{1} << (offset & 63);
+  }
+  /// No cell is observed any more.
+  void clear();
 
   std::vector<uint64_t> observed;
-  std::vector<uint64_t> occupied;
-  std::vector<uint64_t> free;
+  std::vector<CellSums> sums;
 };
 
 /// May the cells of an octant, numbered [first, first + count), be held once, and with which evidence?
 using OctantMerger =
-    std::function<bool(const DenseBlock& block, uint32_t first, uint32_t count, Evidence& merged)>;
+    std::function<bool(const DenseBlock& block, uint32_t first, uint32_t count, CellSums& merged)>;
 
 /** The test-data octree of one block, packed: a mask of the observed cells, a mask of the leaves' first cells
- * where octants are held once, and the evidence of each leaf in order; 32 bits a count, 64 where one needs
- * them. */
+ * where octants are held once, and the evidence of each leaf in order; 32 bits per number, 64 where one
+ * needs them. */
 class EvidenceBlock
 {
  public:
   /// Zero where the cell has no evidence.
-  [[nodiscard]] Evidence at(const BlockShape& shape, uint32_t offset) const;
+  [[nodiscard]] CellSums at(const BlockShape& shape, uint32_t offset) const;
 
   void unpack(const BlockShape& shape, DenseBlock& dense) const;
 
-  /** Adds counts to cells that are all observed already, in a block that is neither pruned nor wide.
-   * @param touched  bit mask of the cells, by Morton number; @param added[offset] read where touched
-   * @return false, with nothing changed, where the block is otherwise or a count might pass 2^32. */
-  bool addInPlace(const BlockShape& shape, const uint64_t* touched, const Evidence* added);
+  /** Whether addPlain() may add this block of counts to another: both are neither pruned nor wide, and no sum
+   * can pass 2^32. */
+  [[nodiscard]] bool isPlainFor(const EvidenceBlock& other) const;
+  /// Adds the counts of another block: see isPlainFor().
+  void addPlain(const BlockShape& shape, const EvidenceBlock& other);
 
   /// In a block that is neither pruned nor wide: are all cells of some finest octant observed and equal?
   [[nodiscard]] bool hasEqualOctant(const BlockShape& shape) const;
@@ -117,6 +148,7 @@ class EvidenceBlock
    * @param merger decides; empty: no octant is held once. */
   void pack(const BlockShape& shape, const DenseBlock& dense, const OctantMerger& merger);
 
+  [[nodiscard]] bool empty() const { return words_.empty(); }
   [[nodiscard]] bool wide() const { return wide_; }
   [[nodiscard]] bool pruned() const { return pruned_; }
   [[nodiscard]] size_t leafCount(const BlockShape& shape) const;
@@ -146,7 +178,7 @@ class EvidenceBlock
   /// Number of cells of the leaf that begins there: the largest octant none of whose other cells begins a
   /// leaf.
   [[nodiscard]] uint32_t leafCells(const BlockShape& shape, uint32_t begin) const;
-  [[nodiscard]] Evidence leaf(const BlockShape& shape, size_t rank) const
+  [[nodiscard]] CellSums leaf(const BlockShape& shape, size_t rank) const
   {
     const uint64_t* values = leaves(shape);
     if (wide_) return {values[2 * rank], values[2 * rank + 1]};
@@ -154,6 +186,7 @@ class EvidenceBlock
   }
 
   std::vector<uint64_t> words_;  ///< observed mask, leaf mask if pruned, leaves
+  uint32_t most_ = 0;            ///< no number of a block that is not wide is larger
   bool wide_ = false;
   bool pruned_ = false;
 };

@@ -2,7 +2,7 @@
 
 namespace lamap
 {
-bool mergeEqual(const DenseBlock& block, uint32_t first, uint32_t count, Evidence& merged)
+bool mergeEqual(const DenseBlock& block, uint32_t first, uint32_t count, CellSums& merged)
 {
   merged = block.at(first);
   for (uint32_t i = first + 1; i < first + count; ++i)

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/grid/block_grid.h>
+#include <lamap_core/grid/evidence.h>
 #include <lamap_core/grid/evidence_block.h>
 
 #include <functional>
@@ -10,7 +10,7 @@ namespace lamap
 /// How a block holds cells that agree (test-data octrees, thesis 4.2.3).
 enum class Pruning
 {
-  None,      ///< every cell by itself
+  None,      ///< each cell by itself
   Lossless,  ///< cells of an octant are held once where their evidence is equal
   State  ///< cells of an octant are held once, with their mean evidence, where their state is equal (thesis)
 };
@@ -24,14 +24,14 @@ struct OctantRule
 using RuleForBlock = std::function<OctantRule(const BlockIndex& block)>;
 
 /// Pruning::Lossless: an octant is held once where its cells' evidence is equal.
-[[nodiscard]] bool mergeEqual(const DenseBlock& block, uint32_t first, uint32_t count, Evidence& merged);
+[[nodiscard]] bool mergeEqual(const DenseBlock& block, uint32_t first, uint32_t count, CellSums& merged);
 
 /** Pruning::State: an octant whose cells have one state is held with its mean evidence, if that changes no
  * cell's state.
- * @param meanOf(merged) sets the mean evidence of the octant's cells, or returns false where there is none
- * @param stateOf(offset, evidence) of a cell that has this evidence */
+ * @param meanOf(cells, count, merged) sets the mean evidence of cells, or returns false where there is none
+ * @param stateOf(offset, sums) of a cell that has this evidence */
 template <typename MeanOf, typename StateOf>
-bool mergeSameState(const DenseBlock& block, uint32_t first, uint32_t count, Evidence& merged,
+bool mergeSameState(const DenseBlock& block, uint32_t first, uint32_t count, CellSums& merged,
                     MeanOf&& meanOf, StateOf&& stateOf)
 {
   const CellState state = stateOf(first, block.at(first));
@@ -39,7 +39,7 @@ bool mergeSameState(const DenseBlock& block, uint32_t first, uint32_t count, Evi
   {
     if (stateOf(i, block.at(i)) != state) return false;
   }
-  if (!meanOf(merged)) return false;
+  if (!meanOf(&block.at(first), count, merged)) return false;
   for (uint32_t i = first; i < first + count; ++i)
   {
     if (stateOf(i, merged) != state) return false;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/grid/block_grid.h>
+#include <lamap_core/grid/evidence.h>
 
 #include <cstdint>
 #include <vector>

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <thread>
+#include <utility>
 
 namespace lamap
 {
@@ -37,10 +39,70 @@ class Workers
     arena_->execute([&] { tbb::parallel_for(size_t{0}, count, visit); });
   }
 
+  /// Calls work(), which may use oneTBB itself, with as many threads.
+  template <typename Work>
+  void run(Work&& work) const
+  {
+    if (threads_ == 1)
+      work();
+    else
+      arena_->execute(work);
+  }
+
  private:
   unsigned threads_;
   /// One for all calls: threads hardly ever join an arena that is gone after a millisecond.
   std::shared_ptr<tbb::task_arena> arena_;
+};
+
+/** Workers that stay for the next call with as many threads. A copy has its own. */
+class KeptWorkers
+{
+ public:
+  KeptWorkers() = default;
+  KeptWorkers(const KeptWorkers&) {}
+  KeptWorkers& operator=(const KeptWorkers&) { return *this; }
+  KeptWorkers(KeptWorkers&&) noexcept = default;
+  KeptWorkers& operator=(KeptWorkers&&) noexcept = default;
+
+  const Workers& with(unsigned threads)
+  {
+    if (!workers_ || asked_ != threads) workers_.emplace(threads);
+    asked_ = threads;
+    return *workers_;
+  }
+
+ private:
+  std::optional<Workers> workers_;
+  unsigned asked_ = 0;
+};
+
+/** Working memory of type T, made when it is first needed. A copy has its own. T may be incomplete until
+ * then. */
+template <typename T>
+class WorkingMemory
+{
+ public:
+  WorkingMemory() = default;
+  WorkingMemory(const WorkingMemory&) {}
+  WorkingMemory& operator=(const WorkingMemory&)
+  {
+    memory_.reset();
+    return *this;
+  }
+  WorkingMemory(WorkingMemory&&) noexcept = default;
+  WorkingMemory& operator=(WorkingMemory&&) noexcept = default;
+
+  /// @param arguments of T's constructor, if there is none yet
+  template <typename... Arguments>
+  T& get(Arguments&&... arguments)
+  {
+    if (!memory_) memory_ = std::make_shared<T>(std::forward<Arguments>(arguments)...);
+    return *memory_;
+  }
+
+ private:
+  std::shared_ptr<T> memory_;
 };
 
 }  // namespace lamap

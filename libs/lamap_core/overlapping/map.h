@@ -1,17 +1,15 @@
 #pragma once
 
-#include <lamap_core/grid/block_grid.h>
-#include <lamap_core/grid/cell.h>
+#include <lamap_core/grid/evidence_map.h>
 #include <lamap_core/overlapping/model_index.h>
 #include <lamap_core/overlapping/model_trainer.h>
 #include <lamap_core/overlapping/options.h>
+#include <lamap_core/overlapping/reading.h>
 #include <lamap_core/scan/ray_selection.h>
 #include <lamap_core/scan/scan.h>
 
 #include <Eigen/Geometry>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -19,6 +17,7 @@
 namespace lamap
 {
 class ModelFusion;
+extern template class EvidenceMap<OverlappingReading>;
 
 /// Scans that wait for others, to be trained together.
 struct PendingScans
@@ -27,11 +26,14 @@ struct PendingScans
   std::vector<ModelScan> scans;
 };
 
-/** Overlapping Hilbert map (thesis chapter 3): a classifier a scan, fused by log-odds (eq. 3.1, prior 0.5).
+/** Overlapping Hilbert map (thesis chapter 3): one classifier per scan, fused by log-odds (eq. 3.1, prior
+ * 0.5).
  *
  * Each model is trained in its sensor's frame and is rigid. It speaks of the cells in its box: of those in
  * its perceptual field with a weight, of the others with little to say. A cell holds the two sums; the second
  * is held to a limit and read only where no scan had the cell in its field. Sums are whole numbers of 2^-20.
+ *
+ * What a cell says: `evidence` holds its log-odds, and 1 where some scan had it in its field, else 0.
  *
  * Invariants: cells that no model speaks of hold nothing; any order, batching and merging of the same models
  * gives the same cells (pruning none or lossless), to the byte, for any number of threads; queries at points
@@ -39,18 +41,11 @@ struct PendingScans
  *
  * Thread guarantee: const methods may be called from several threads as long as nobody changes the map.
  */
-class OverlappingHilbertMap
+class OverlappingHilbertMap : public EvidenceMap<OverlappingReading>
 {
  public:
   /// @throws std::invalid_argument as OverlappingStructure::validate().
   explicit OverlappingHilbertMap(const OverlappingStructure& structure = {});
-  OverlappingHilbertMap(const OverlappingHilbertMap& other);
-  OverlappingHilbertMap& operator=(const OverlappingHilbertMap& other);
-  OverlappingHilbertMap(OverlappingHilbertMap&&) noexcept;
-  OverlappingHilbertMap& operator=(OverlappingHilbertMap&&) noexcept;
-  ~OverlappingHilbertMap();
-
-  [[nodiscard]] const OverlappingStructure& structure() const { return structure_; }
 
   /** Adds one scan (Algorithm 1). With scansPerModel > 1 it waits until so many are there, or trainPending():
    * until then no cell and no query knows of it.
@@ -61,8 +56,8 @@ class OverlappingHilbertMap
    * @param threads how many may work; 0: as many as the machine has. Never changes the result.
    * @return what became of its rays; nothing is changed if none was usable.
    * @throws std::invalid_argument as validate() of the options and of the uncertainty, and ModelPose::of();
-   * std::length_error, with nothing changed, if the scan has too many cells or points. A scan that cannot be
-   * trained does not wait either. */
+   * std::length_error if the scan has too many cells or points. Nothing is changed then: a scan that cannot
+   * be trained does not wait either. */
   RayCounts insert(const Scan& scan, const OverlappingInference& inference,
                    const std::optional<Eigen::Isometry3d>& pose = std::nullopt,
                    const HilbertUncertainty* uncertainty = nullptr, unsigned threads = 0);
@@ -79,14 +74,6 @@ class OverlappingHilbertMap
   /// Neither cells, nor models, nor scans that wait.
   [[nodiscard]] bool empty() const;
 
-  /// What a cell says; nothing where no model and no addEvidence() spoke of it. `evidence` holds its
-  /// log-odds, and 1 where some scan had it in its field, else 0.
-  [[nodiscard]] std::optional<CellEstimate> cell(const CellIndex& index,
-                                                 const StateThresholds& thresholds) const;
-  /// The same for the cell at a point [m]. In a planar map the height of the point does not matter.
-  [[nodiscard]] std::optional<CellEstimate> at(const Eigen::Vector3d& point_m,
-                                               const StateThresholds& thresholds) const;
-
   /** The continuous map (thesis 3.3): the models' own answer at a point [m], and what addEvidence() told the
    * cell that holds it. At the centres of cells the same as cell(), but for pruning by state.
    * @throws std::logic_error if the map does not keep its models */
@@ -97,12 +84,6 @@ class OverlappingHilbertMap
    * @throws std::logic_error if the map does not keep its models; std::invalid_argument as validate() */
   [[nodiscard]] OverlappingHilbertMap resampled(double resolution_m, const StateThresholds& thresholds,
                                                 unsigned threads = 0) const;
-
-  using CellVisitor = std::function<void(const CellIndex&, const CellEstimate&)>;
-  /// Every finest cell that has evidence, once, in no promised order.
-  void visitCells(const StateThresholds& thresholds, const CellVisitor& visitor) const;
-  /// The least and the greatest index of cells with evidence along each axis.
-  [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> extent() const;
 
   /** Adds log-odds to one cell directly, as seen in a field. Rounded to 2^-20.
    * @param logodds within ±1000. @throws std::invalid_argument, std::overflow_error */
@@ -125,20 +106,15 @@ class OverlappingHilbertMap
   }
 
   // The whole state, for files: structure(), grid(), writtenGrid(), models() and pending().
-  /// The cells' evidence: see LogoddsSums.
-  [[nodiscard]] const BlockGrid& grid() const { return grid_; }
-  [[nodiscard]] BlockGrid& grid() { return grid_; }
   /// The part of it that came by addEvidence(), never pruned.
-  [[nodiscard]] const BlockGrid& writtenGrid() const { return written_; }
-  [[nodiscard]] BlockGrid& writtenGrid() { return written_; }
+  [[nodiscard]] const Evidence& writtenGrid() const { return written_; }
+  [[nodiscard]] Evidence& writtenGrid() { return written_; }
   [[nodiscard]] const std::vector<PlacedModel>& models() const { return models_; }
   [[nodiscard]] const PendingScans& pending() const { return pending_; }
   /** Puts models and waiting scans in the place of those there, e.g. from a file; cells stay as they are.
    * @throws std::runtime_error if they are none that this map could have */
   void restore(std::vector<PlacedModel> models, PendingScans pending);
 
-  /// The layer of cells of a planar map.
-  [[nodiscard]] int32_t planarLayer() const { return planarLayer_; }
   /// Of the kept models alone.
   [[nodiscard]] size_t modelBytes() const;
   /// Of cells and models.
@@ -148,30 +124,27 @@ class OverlappingHilbertMap
   friend bool operator==(const OverlappingHilbertMap& a, const OverlappingHilbertMap& b);
 
  private:
-  /// Made when first asked for; a copy makes its own.
+  /// Made when first asked for. Copies of a map share it until one of them changes.
   struct LazyIndex;
 
   void requireModels(const char* what) const;
-  void dropIndex();
   [[nodiscard]] const HilbertModelIndex& index() const;
-  [[nodiscard]] OctantRule ruleFor(const StateThresholds& thresholds) const;
-  [[nodiscard]] CellEstimate estimate(const Evidence& evidence, const StateThresholds& thresholds) const;
-  [[nodiscard]] Evidence evidenceAt(const Eigen::Vector3d& point_m, const CellIndex& cell) const;
-  void fuse(const PlacedModel& placed, const StateThresholds& thresholds,
-            const std::vector<BlockIndex>* wanted, unsigned threads);
-  void fuseAnew(const std::vector<BlockIndex>& blocks, const StateThresholds& thresholds, unsigned threads);
-  void addGrid(const BlockGrid& from, BlockGrid& to, const OctantRule& rule) const;
+  [[nodiscard]] CellSums sumsAt(const Eigen::Vector3d& point_m, const CellIndex& cell) const;
+  /// @param wanted as in ModelFusion::infer()
+  [[nodiscard]] Evidence inferModel(const PlacedModel& placed, const std::vector<BlockIndex>* wanted,
+                                    const Workers& workers);
+  [[nodiscard]] Evidence fusedAnew(const std::vector<PlacedModel>& models,
+                                   const std::vector<BlockIndex>& blocks, const StateThresholds& thresholds,
+                                   const Workers& workers);
 
-  OverlappingStructure structure_;
   ModelShape shape_;
-  int32_t planarLayer_ = 0;
-  BlockGrid grid_;
-  BlockGrid written_;
+  Evidence written_;
   std::vector<PlacedModel> models_;
   PendingScans pending_;
-  std::unique_ptr<LazyIndex> index_;
-  std::unique_ptr<HilbertModelTrainer> trainer_;  ///< working memory, kept between scans
-  std::unique_ptr<ModelFusion> fusion_;
+  std::shared_ptr<LazyIndex> index_;
+  WorkingMemory<HilbertModelTrainer> trainer_;
+  WorkingMemory<ModelFusion> fusion_;
+  KeptWorkers workers_;
 };
 
 }  // namespace lamap

@@ -2,8 +2,8 @@
 
 #include <lamap_core/features/compact_kernel.h>
 #include <lamap_core/features/lattice.h>
+#include <lamap_core/grid/cell_sums.h>
 #include <lamap_core/math/portable_math.h>
-#include <lamap_core/overlapping/logodds_evidence.h>
 #include <lamap_core/scan/scan_frame.h>
 
 #include <algorithm>
@@ -262,22 +262,28 @@ std::optional<float> HilbertModel::logoddsAt(const ModelShape& shape, const Eige
   return static_cast<float>(sum);
 }
 
-Evidence HilbertModel::evidenceOf(const ModelShape& shape, float logodds, bool inField) const
+int64_t logoddsUnits(float logodds, double weight)
 {
-  LogoddsSums sums;
-  if (inField)
-    sums.inField = logoddsUnits(logodds, fieldWeight);
-  else if (shape.speaksOutOfField)
-    sums.outOfField = logoddsUnits(logodds, 1.0);
-  return sums.evidence();
+  constexpr double kMaxLogodds = 1000.0;
+  return inEvidenceUnits(std::clamp(static_cast<double>(logodds), -kMaxLogodds, kMaxLogodds) * weight);
 }
 
-Evidence HilbertModel::evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p,
+CellSums HilbertModel::evidenceOf(const ModelShape& shape, float logodds, bool inField) const
+{
+  SignedSums sums;
+  if (inField)
+    sums.first = logoddsUnits(logodds, fieldWeight);
+  else if (shape.speaksOutOfField)
+    sums.second = logoddsUnits(logodds, 1.0);
+  return sums.coded();
+}
+
+CellSums HilbertModel::evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p,
                                   const std::vector<uint32_t>& first) const
 {
   if (!inBox(p, shape.planar)) return {};
   const std::optional<float> logodds = logoddsAt(shape, p, first);
-  return logodds ? evidenceOf(shape, *logodds, inField({p, p, p, p})[0]) : Evidence{};
+  return logodds ? evidenceOf(shape, *logodds, inField({p, p, p, p})[0]) : CellSums{};
 }
 
 size_t HilbertModel::memoryBytes() const

@@ -119,10 +119,10 @@ struct HilbertModel
   [[nodiscard]] std::optional<float> logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p,
                                                const std::vector<uint32_t>& first) const;
 
-  /// Evidence (see LogoddsSums) from log-odds at a place in the box; none where the model does not speak.
-  [[nodiscard]] Evidence evidenceOf(const ModelShape& shape, float logodds, bool inField) const;
+  /// Evidence from log-odds at a place in the box; none where the model does not speak.
+  [[nodiscard]] CellSums evidenceOf(const ModelShape& shape, float logodds, bool inField) const;
   /// What the model says of a point. @param first of firstWeights()
-  [[nodiscard]] Evidence evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p,
+  [[nodiscard]] CellSums evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p,
                                     const std::vector<uint32_t>& first) const;
 
   /// Calls visit(centre, weight) for each kernel.
@@ -137,6 +137,9 @@ struct HilbertModel
 
   friend bool operator==(const HilbertModel& a, const HilbertModel& b);
 };
+
+/// Log-odds, weighted, in units of 2^-20; those beyond ±1000 are held to that.
+[[nodiscard]] int64_t logoddsUnits(float logodds, double weight);
 
 template <typename Visit>
 void HilbertModel::forEachKernel(const ModelShape& shape, Visit&& visit) const

@@ -1,13 +1,12 @@
 #include <lamap_core/overlapping/model_fusion.h>
 
+#include <lamap_core/grid/evidence_draft.h>
 #include <lamap_core/math/portable_math_four.h>
-#include <lamap_core/overlapping/logodds_evidence.h>
 #include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <stdexcept>
 
 namespace lamap
@@ -16,15 +15,6 @@ namespace
 {
 using Four = Eigen::Array4f;
 constexpr int kEdge = kScanBlockEdge;
-
-/// Calls visit(tile) for the tiles from one to another.
-template <typename Visit>
-void forEachTile(const BlockIndex& low, const BlockIndex& high, Visit&& visit)
-{
-  for (int32_t z = low.z; z <= high.z; ++z)
-    for (int32_t y = low.y; y <= high.y; ++y)
-      for (int32_t x = low.x; x <= high.x; ++x) visit(BlockIndex{x, y, z});
-}
 
 bool fewEnough(const BlockIndex& low, const BlockIndex& high)
 {
@@ -56,7 +46,7 @@ class ModelFusion::Tile
       add(fusion_.sources_[fusion_.tileSources_[i]]);
   }
 
-  /// Calls visit(x, y, z, evidence) for the cells of which the model says something.
+  /// Calls visit(x, y, z, sums) for the cells of which the model says something.
   template <typename Visit>
   void forEachEvidence(Visit&& visit) const
   {
@@ -99,8 +89,8 @@ class ModelFusion::Tile
     for (size_t i = 0; i < 4; ++i)
     {
       if (!speaks[i]) continue;
-      const Evidence evidence = model.evidenceOf(shape, logodds[i], inField[i]);
-      if (evidence.any()) visit(x + static_cast<int>(i), y, z, evidence);
+      const CellSums sums = model.evidenceOf(shape, logodds[i], inField[i]);
+      if (sums.any()) visit(x + static_cast<int>(i), y, z, sums);
     }
   }
 
@@ -143,9 +133,9 @@ class ModelFusion::Tile
 /// Working memory of one thread.
 struct ModelFusion::Worker
 {
-  Worker(const ModelFusion& fusion, const BlockShape& shape) : tile(fusion), adder(shape) {}
+  explicit Worker(const ModelFusion& fusion) : tile(fusion), draft(fusion.blockShape_) {}
   Tile tile;
-  LogoddsAdder adder;
+  EvidenceDraft draft;
 };
 
 CellIndex ModelFusion::firstCellOf(const BlockIndex& tile) const
@@ -156,6 +146,7 @@ CellIndex ModelFusion::firstCellOf(const BlockIndex& tile) const
 void ModelFusion::choose(const HilbertModel& model, const ModelPose& pose, const BlockShape& blockShape,
                          const Workers& workers)
 {
+  blockShape_ = blockShape;
   model_ = &model;
   pose_ = pose;
   findWindow();
@@ -168,7 +159,7 @@ void ModelFusion::choose(const HilbertModel& model, const ModelPose& pose, const
                     for (size_t i = part * kAtOnce; i < end; ++i) findFactors(sources_[i]);
                   });
   listTiles();
-  listGroups(blockShape);
+  listGroups();
 }
 
 /// The tiles around the box, as it lies in the grid.
@@ -273,17 +264,17 @@ void ModelFusion::listTiles()
         "maxRange, "
         "boxQuantile or a larger resolution");
   if (!shape_.compact())
-    forEachTile(low_, high_, [&](const BlockIndex& tile) { (void)tiles_.findOrAdd(tile); });
+    forEachBlock(low_, high_, [&](const BlockIndex& tile) { (void)tiles_.findOrAdd(tile); });
   // Counted, then sorted into each tile's part, in the order of the sources.
   sourceEnds_.assign(tiles_.blocks().size(), 0);
   for (const Source& source : sources_)
-    forEachTile(source.firstTile, source.lastTile,
-                [&](const BlockIndex& tile)
-                {
-                  const auto number = static_cast<size_t>(tiles_.findOrAdd(tile));
-                  if (number >= sourceEnds_.size()) sourceEnds_.resize(number + 1, 0);
-                  ++sourceEnds_[number];
-                });
+    forEachBlock(source.firstTile, source.lastTile,
+                 [&](const BlockIndex& tile)
+                 {
+                   const auto number = static_cast<size_t>(tiles_.findOrAdd(tile));
+                   if (number >= sourceEnds_.size()) sourceEnds_.resize(number + 1, 0);
+                   ++sourceEnds_[number];
+                 });
   uint32_t total = 0;
   for (uint32_t& end : sourceEnds_)
   {
@@ -293,118 +284,81 @@ void ModelFusion::listTiles()
   }
   tileSources_.resize(total);
   for (uint32_t i = 0; i < sources_.size(); ++i)
-    forEachTile(sources_[i].firstTile, sources_[i].lastTile,
-                [&](const BlockIndex& tile)
-                { tileSources_[sourceEnds_[static_cast<size_t>(tiles_.find(tile))]++] = i; });
+    forEachBlock(sources_[i].firstTile, sources_[i].lastTile,
+                 [&](const BlockIndex& tile)
+                 { tileSources_[sourceEnds_[static_cast<size_t>(tiles_.find(tile))]++] = i; });
 }
 
-void ModelFusion::listGroups(const BlockShape& blockShape)
+void ModelFusion::listGroups()
 {
-  const int log2Group = std::max(0, blockShape.log2Edge() - kScanBlockLog2Edge);
+  const int log2Group = std::max(0, blockShape_.log2Edge() - kScanBlockLog2Edge);
   const std::vector<BlockIndex>& tiles = tiles_.blocks();
-  const auto groupOf = [&](uint32_t tile)
-  {
-    const BlockIndex& index = tiles[tile];
-    return BlockIndex{index.x >> log2Group, index.y >> log2Group,
-                      shape_.planar ? index.z : index.z >> log2Group};
-  };
-  order_.resize(tiles.size());
-  std::iota(order_.begin(), order_.end(), 0u);
-  std::sort(order_.begin(), order_.end(),
-            [&](uint32_t a, uint32_t b)
-            {
-              const BlockIndex groupA = groupOf(a);
-              const BlockIndex groupB = groupOf(b);
-              return groupA == groupB ? tiles[a] < tiles[b] : groupA < groupB;
-            });
-  groups_.clear();
-  for (uint32_t i = 0; i < order_.size(); ++i)
-  {
-    const BlockIndex place = groupOf(order_[i]);
-    if (groups_.empty() || !(groups_.back().place == place)) groups_.push_back({place, i, i});
-    groups_.back().end = i + 1;
-  }
+  groups_.form(tiles.size(), log2Group == 0,
+               [&](uint32_t tile)
+               {
+                 const BlockIndex& index = tiles[tile];
+                 return BlockIndex{index.x >> log2Group, index.y >> log2Group,
+                                   shape_.planar ? index.z : index.z >> log2Group};
+               });
 
   mapBlocks_.clear();
-  const int perGroup = 1 << std::max(0, kScanBlockLog2Edge - blockShape.log2Edge());
-  for (const Group& group : groups_)
-    for (int z = 0; z < (shape_.planar ? 1 : perGroup); ++z)
-      for (int y = 0; y < perGroup; ++y)
-        for (int x = 0; x < perGroup; ++x)
-          mapBlocks_.push_back({group.place.x * perGroup + x, group.place.y * perGroup + y,
-                                shape_.planar ? group.place.z : group.place.z * perGroup + z});
+  const int each = 1 << std::max(0, kScanBlockLog2Edge - blockShape_.log2Edge());
+  const int eachZ = shape_.planar ? 1 : each;
+  for (const BlockGroups::Group& group : groups_.all())
+  {
+    const BlockIndex first{group.place.x * each, group.place.y * each, group.place.z * eachZ};
+    forEachBlock(first, {first.x + each - 1, first.y + each - 1, first.z + eachZ - 1},
+                 [&](const BlockIndex& block) { mapBlocks_.push_back(block); });
+  }
   std::sort(mapBlocks_.begin(), mapBlocks_.end());
 }
 
-void ModelFusion::addTo(BlockGrid& grid, const RuleForBlock& ruleFor, const std::vector<BlockIndex>* wanted,
-                        const Workers& workers)
+Evidence ModelFusion::infer(const std::vector<BlockIndex>* wanted, const Workers& workers) const
 {
-  // Blocks are made beforehand, so that threads find them; those that stay empty go again.
-  const auto isWanted = [&](const BlockIndex& block)
-  { return wanted == nullptr || std::binary_search(wanted->begin(), wanted->end(), block); };
-  for (const BlockIndex& block : mapBlocks_)
-    if (isWanted(block)) (void)grid.findOrCreate(block);
-  {
-    tbb::enumerable_thread_specific<Worker> own([&] { return Worker(*this, grid.shape()); });
-    workers.forEach(groups_.size(),
-                    [&](size_t group) { addGroup(groups_[group], own.local(), grid, ruleFor, wanted); });
-  }
-  for (const BlockIndex& block : mapBlocks_)
-  {
-    const EvidenceBlock* held = grid.find(block);
-    if (held != nullptr && held->words().empty()) grid.erase(block);
-  }
+  tbb::enumerable_thread_specific<Worker> own([&] { return Worker(*this); });
+  workers.forEach(groups_.all().size(), [&](size_t i) { inferGroup(groups_.all()[i], own.local(), wanted); });
+  return collectEvidence(blockShape_, SumKind::Signed, own);
 }
 
-void ModelFusion::addGroup(const Group& group, Worker& worker, BlockGrid& grid, const RuleForBlock& ruleFor,
-                           const std::vector<BlockIndex>* wanted) const
+void ModelFusion::inferGroup(const BlockGroups::Group& group, Worker& worker,
+                             const std::vector<BlockIndex>* wanted) const
 {
-  const BlockShape& shape = grid.shape();
-  LogoddsAdder& adder = worker.adder;
-  const auto finish = [&](const BlockIndex& block)
-  {
-    if (adder.any()) adder.addTo(*grid.find(block), ruleFor(block));
-    adder.clear();
-  };
   const auto isWanted = [&](const BlockIndex& block)
   { return wanted == nullptr || std::binary_search(wanted->begin(), wanted->end(), block); };
-
-  adder.clear();
-  const bool holdsGroup = shape.edge() >= kEdge;
+  const bool holdsGroup = blockShape_.edge() >= kEdge;
   if (holdsGroup && !isWanted(group.place)) return;
-  for (uint32_t i = group.begin; i < group.end; ++i)
+  EvidenceDraft& draft = worker.draft;
+  for (const uint32_t number : group)
   {
-    const size_t number = order_[i];
     const CellIndex corner = firstCellOf(tiles_.blocks()[number]);
     worker.tile.sum(number);
     if (holdsGroup)
     {
       worker.tile.forEachEvidence(
-          [&](int x, int y, int z, const Evidence& evidence) {
-            adder.set(shape.offsetOf({corner.x + x, corner.y + y, corner.z + z}), evidence);
+          [&](int x, int y, int z, const CellSums& sums) {
+            draft.set(blockShape_.offsetOf({corner.x + x, corner.y + y, corner.z + z}), sums);
           });
       continue;
     }
     // Several blocks of the map in one tile: the cells of one after the other.
-    std::vector<std::pair<BlockIndex, std::pair<uint32_t, Evidence>>> cells;
+    std::vector<std::pair<BlockIndex, std::pair<uint32_t, CellSums>>> cells;
     worker.tile.forEachEvidence(
-        [&](int x, int y, int z, const Evidence& evidence)
+        [&](int x, int y, int z, const CellSums& sums)
         {
           const CellIndex cell{corner.x + x, corner.y + y, corner.z + z};
-          cells.push_back({grid.blockOf(cell), {shape.offsetOf(cell), evidence}});
+          const BlockIndex block = blockShape_.blockOf(cell);
+          if (isWanted(block)) cells.push_back({block, {blockShape_.offsetOf(cell), sums}});
         });
     std::stable_sort(cells.begin(), cells.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
     for (size_t c = 0; c < cells.size(); ++c)
     {
-      adder.set(cells[c].second.first, cells[c].second.second);
+      draft.set(cells[c].second.first, cells[c].second.second);
       const bool isLast = c + 1 == cells.size() || !(cells[c + 1].first == cells[c].first);
-      if (!isLast) continue;
-      if (!isWanted(cells[c].first)) adder.clear();
-      finish(cells[c].first);
+      if (isLast) draft.finishBlock(cells[c].first);
     }
   }
-  if (holdsGroup) finish(group.place);
+  if (holdsGroup) draft.finishBlock(group.place);
 }
 
 }  // namespace lamap

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <lamap_core/grid/block_grid.h>
-#include <lamap_core/grid/octant_rule.h>
+#include <lamap_core/grid/block_lists.h>
+#include <lamap_core/grid/evidence.h>
 #include <lamap_core/grid/scan_blocks.h>
 #include <lamap_core/math/workers.h>
 #include <lamap_core/overlapping/model.h>
@@ -12,9 +12,9 @@
 
 namespace lamap
 {
-/** Adds what a model says to the cells of a grid (Algorithm 1, lines 3 to 9); keeps its working memory.
+/** What a model says of the cells of a map (Algorithm 1, lines 3 to 9); keeps its working memory.
  *
- * The model's kernels are turned into the grid's axes, where each is a product of three factors along the
+ * The model's kernels are turned into the map's axes, where each is a product of three factors along the
  * axes whatever the model's own axes are. Tiles of 8³ cells sum what reaches them in the order of the
  * kernels, so neither blocks nor threads can change a bit. */
 class ModelFusion
@@ -23,7 +23,7 @@ class ModelFusion
   /// @param layer of the cells of a planar map
   ModelFusion(const ModelShape& shape, int32_t layer) : shape_(shape), layer_(layer) {}
 
-  /** Chooses the model that blocks() and addTo() speak of; it must outlive them.
+  /** Chooses the model that blocks() and infer() speak of; it must outlive them.
    * @throws std::length_error if the model's box has too many cells */
   void choose(const HilbertModel& model, const ModelPose& pose, const BlockShape& blockShape,
               const Workers& workers);
@@ -31,11 +31,8 @@ class ModelFusion
   /// Blocks of the map in which the model may have evidence, sorted.
   [[nodiscard]] const std::vector<BlockIndex>& blocks() const { return mapBlocks_; }
 
-  /** Adds the model's evidence to the grid.
-   * @param wanted sorted blocks; others are left alone. Null: all.
-   * @throws std::overflow_error if a sum would pass its limit */
-  void addTo(BlockGrid& grid, const RuleForBlock& ruleFor, const std::vector<BlockIndex>* wanted,
-             const Workers& workers);
+  /// The model's evidence. @param wanted sorted blocks, to leave out all others; null: all are wanted
+  [[nodiscard]] Evidence infer(const std::vector<BlockIndex>* wanted, const Workers& workers) const;
 
  private:
   /// A kernel in the grid's axes.
@@ -47,13 +44,6 @@ class ModelFusion
     BlockIndex lastTile;
     std::array<size_t, 3> factors;  ///< where factors_ of its tiles' cells along each axis begin
   };
-  /// Tiles that lie in one block of the map, or hold several.
-  struct Group
-  {
-    BlockIndex place;
-    uint32_t begin;
-    uint32_t end;
-  };
   class Tile;
   struct Worker;
 
@@ -61,13 +51,14 @@ class ModelFusion
   void listSources();
   void findFactors(Source& source);
   void listTiles();
-  void listGroups(const BlockShape& blockShape);
+  void listGroups();
   [[nodiscard]] CellIndex firstCellOf(const BlockIndex& tile) const;
-  void addGroup(const Group& group, Worker& worker, BlockGrid& grid, const RuleForBlock& ruleFor,
-                const std::vector<BlockIndex>* wanted) const;
+  void inferGroup(const BlockGroups::Group& group, Worker& worker,
+                  const std::vector<BlockIndex>* wanted) const;
 
   ModelShape shape_;
   int32_t layer_;
+  BlockShape blockShape_{1, false};  ///< of the map
   const HilbertModel* model_ = nullptr;
   ModelPose pose_;
   BlockIndex low_;  ///< first and last tile that the model's box may touch
@@ -77,8 +68,7 @@ class ModelFusion
   ScanBlocks tiles_;
   std::vector<uint32_t> sourceEnds_;  ///< of each tile's part of tileSources_
   std::vector<uint32_t> tileSources_;
-  std::vector<uint32_t> order_;  ///< of the tiles, by groups
-  std::vector<Group> groups_;
+  BlockGroups groups_;  ///< of tiles
   std::vector<BlockIndex> mapBlocks_;
 };
 

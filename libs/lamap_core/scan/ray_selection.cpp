@@ -134,4 +134,14 @@ SelectedRays selectRays(const Scan& scan, const RangeLimits& limits)
   return rays;
 }
 
+CellIndex anchorOf(const SelectedRays& rays, double resolution_m)
+{
+  for (const SelectedFan& fan : rays.fans)
+  {
+    if (!fan.origin_map.allFinite()) continue;
+    if (const auto cell = cellAt(fan.origin_map, resolution_m)) return *cell;
+  }
+  return {};
+}
+
 }  // namespace lamap

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <lamap_core/grid/cell.h>
 #include <lamap_core/scan/scan.h>
 
 #include <cstddef>
@@ -61,5 +62,8 @@ struct SelectedRays
  * likewise.
  * @throws std::invalid_argument if the limits are not finite, negative or the decimation is 0. */
 [[nodiscard]] SelectedRays selectRays(const Scan& scan, const RangeLimits& limits);
+
+/// The cell that holds the first origin that cells can address; the one at zero if there is none.
+[[nodiscard]] CellIndex anchorOf(const SelectedRays& rays, double resolution_m);
 
 }  // namespace lamap

@@ -13,7 +13,7 @@ namespace
 constexpr uint8_t kWide = 1;
 constexpr uint8_t kPruned = 2;
 
-void requirePlace(const BlockGrid& grid, std::optional<int32_t> planarLayer, const BlockIndex& index,
+void requirePlace(const Evidence& grid, std::optional<int32_t> planarLayer, const BlockIndex& index,
                   const ByteReader& in)
 {
   const int bits = grid.shape().log2Edge();
@@ -28,7 +28,7 @@ void requirePlace(const BlockGrid& grid, std::optional<int32_t> planarLayer, con
 }
 }  // namespace
 
-void writeGrid(const BlockGrid& grid, ByteWriter& out)
+void writeGrid(const Evidence& grid, ByteWriter& out)
 {
   const std::vector<BlockIndex> blocks = grid.sortedBlocks();
   out.number<uint64_t>(blocks.size());
@@ -43,7 +43,7 @@ void writeGrid(const BlockGrid& grid, ByteWriter& out)
   }
 }
 
-void readGrid(BlockGrid& grid, std::optional<int32_t> planarLayer, ByteReader& in)
+void readGrid(Evidence& grid, std::optional<int32_t> planarLayer, ByteReader& in)
 {
   constexpr size_t kLeastBytesOfBlock = 3 * sizeof(int32_t) + 1 + sizeof(uint64_t);
   const auto count = in.number<uint64_t>();

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/grid/block_grid.h>
+#include <lamap_core/grid/evidence.h>
 #include <lamap_mrpt/files/byte_stream.h>
 
 #include <cstdint>
@@ -12,11 +12,11 @@ namespace lamap
  *
  * The number of blocks (uint64); for each, by z, y, x: its index (3 × int32), a byte (1: numbers of 64 bits,
  * 2: pruned) and its packed words. */
-void writeGrid(const BlockGrid& grid, ByteWriter& out);
+void writeGrid(const Evidence& grid, ByteWriter& out);
 
 /** Reads them again, into a grid without blocks.
  * @param planarLayer the only layer of cells that there may be
  * @throws std::runtime_error naming the place and what cannot be; the bytes are not trusted. */
-void readGrid(BlockGrid& grid, std::optional<int32_t> planarLayer, ByteReader& in);
+void readGrid(Evidence& grid, std::optional<int32_t> planarLayer, ByteReader& in);
 
 }  // namespace lamap

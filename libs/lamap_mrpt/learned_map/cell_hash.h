@@ -1,7 +1,7 @@
 #pragma once
 
-#include <lamap_core/grid/block_grid.h>
 #include <lamap_core/grid/cell.h>
+#include <lamap_core/grid/evidence.h>
 
 namespace lamap
 {

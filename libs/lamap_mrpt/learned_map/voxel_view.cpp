@@ -6,7 +6,7 @@
 #include <mrpt/opengl/CSetOfObjects.h>
 #include <tsl/robin_map.h>
 
-#include <lamap_core/grid/block_grid.h>
+#include <lamap_core/grid/evidence.h>
 #include <algorithm>
 
 namespace lamap

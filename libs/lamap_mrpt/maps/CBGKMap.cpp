@@ -93,9 +93,9 @@ std::vector<CLearnedMap::Fact> CBGKMap::facts() const
   std::vector<Fact> ofCells = cellFacts(
       [&](const CellIndex& cell, const CellEstimate&)
       {
-        const Evidence evidence = core().grid().evidence(cell);
-        alpha += static_cast<double>(evidence.occupied) * kEvidenceUnit;
-        beta += static_cast<double>(evidence.free) * kEvidenceUnit;
+        const CellSums sums = core().grid().at(cell);
+        alpha += static_cast<double>(sums.first) * kEvidenceUnit;
+        beta += static_cast<double>(sums.second) * kEvidenceUnit;
       });
   std::vector<Fact> own{{"blocks", std::to_string(core().grid().blockCount()), ""},
                         {"evidence for occupied", roundedText(alpha), "pseudo-counts"},

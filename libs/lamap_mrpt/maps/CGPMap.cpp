@@ -1,6 +1,6 @@
 #include <lamap_mrpt/maps/CGPMap.h>
 
-#include <lamap_core/grid/signed_evidence.h>
+#include <lamap_core/grid/cell_sums.h>
 #include <lamap_mrpt/files/grid_content.h>
 #include <lamap_mrpt/maps/learner_map_impl.h>
 
@@ -23,11 +23,11 @@ void requireSums(const GpMap& map, const ByteReader& in)
   for (const BlockIndex& index : map.grid().sortedBlocks())
   {
     map.grid().find(index)->visitLeaves(map.grid().shape(),
-                                        [&](uint32_t, uint32_t, const Evidence& evidence)
+                                        [&](uint32_t, uint32_t, const CellSums& evidence)
                                         {
-                                          const auto precision = decodedSum(evidence.occupied);
+                                          const auto precision = SignedSums::decoded(evidence.first);
                                           const bool fits = isBcm ? precision && *precision >= 0 : !precision;
-                                          if (!fits || !decodedSum(evidence.free))
+                                          if (!fits || !SignedSums::decoded(evidence.second))
                                             in.fail("the evidence of a cell is not that of its fusion");
                                         });
   }

@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_core/grid/block_grid.h>
+#include <lamap_core/grid/evidence.h>
 #include <lamap_core/grid/scan_blocks.h>
 #include <support/grid_words.h>
 #include <support/seeded_scans.h>
@@ -14,24 +14,21 @@ namespace lamap::test
 {
 namespace
 {
-void put(BlockGrid& grid, const CellIndex& cell, const Evidence& evidence)
+void put(Evidence& grid, const CellIndex& cell, const CellSums& evidence)
 {
   EvidenceBlock& block = grid.findOrCreate(grid.blockOf(cell));
   DenseBlock dense(grid.shape());
   block.unpack(grid.shape(), dense);
-  const uint32_t offset = grid.shape().offsetOf(cell);
-  dense.setObserved(offset);
-  dense.occupied[offset] = evidence.occupied;
-  dense.free[offset] = evidence.free;
+  dense.set(grid.shape().offsetOf(cell), evidence);
   block.pack(grid.shape(), dense, {});
 }
 
-TEST(BlockGrid, FindsTheBlockOfACellOnBothSidesOfTheOrigin)
+TEST(Evidence, FindsTheBlockOfACellOnBothSidesOfTheOrigin)
 {
   for (const bool planar : {false, true})
     for (int log2Edge = 1; log2Edge <= 5; ++log2Edge)
     {
-      const BlockGrid grid(BlockShape(log2Edge, planar));
+      const Evidence grid(BlockShape(log2Edge, planar));
       const int edge = 1 << log2Edge;
       Random random(static_cast<uint64_t>(log2Edge));
       for (int i = 0; i < 200; ++i)
@@ -52,20 +49,20 @@ TEST(BlockGrid, FindsTheBlockOfACellOnBothSidesOfTheOrigin)
     }
 }
 
-TEST(BlockGrid, GivesBackWhatWasPutAndZeroElsewhere)
+TEST(Evidence, GivesBackWhatWasPutAndZeroElsewhere)
 {
   for (unsigned seed = 1; seed <= 20; ++seed)
   {
     SCOPED_TRACE(seed);
     Random random(seed);
-    BlockGrid grid(BlockShape(random.integer(1, 5), seed % 2 == 0));
-    std::map<std::tuple<int, int, int>, Evidence> truth;
+    Evidence grid(BlockShape(random.integer(1, 5), seed % 2 == 0));
+    std::map<std::tuple<int, int, int>, CellSums> truth;
     const int reach = 40;
     for (int i = 0; i < 100; ++i)
     {
       const CellIndex cell{random.integer(-reach, reach), random.integer(-reach, reach),
                            random.integer(-reach, reach)};
-      const Evidence evidence{random.bits() >> 33, 1 + (random.bits() >> 33)};
+      const CellSums evidence{random.bits() >> 33, 1 + (random.bits() >> 33)};
       put(grid, cell, evidence);
       truth[{cell.z, cell.y, cell.x}] = evidence;
     }
@@ -74,7 +71,7 @@ TEST(BlockGrid, GivesBackWhatWasPutAndZeroElsewhere)
       const CellIndex cell{random.integer(-reach, reach), random.integer(-reach, reach),
                            random.integer(-reach, reach)};
       const auto found = truth.find({cell.z, cell.y, cell.x});
-      EXPECT_TRUE(grid.evidence(cell) == (found == truth.end() ? Evidence{} : found->second));
+      EXPECT_TRUE(grid.at(cell) == (found == truth.end() ? CellSums{} : found->second));
     }
     const std::vector<CellEvidence> cells = cellsOf(grid);
     ASSERT_EQ(cells.size(), truth.size());
@@ -83,9 +80,9 @@ TEST(BlockGrid, GivesBackWhatWasPutAndZeroElsewhere)
   }
 }
 
-TEST(BlockGrid, SortsItsBlocksByZThenYThenX)
+TEST(Evidence, SortsItsBlocksByZThenYThenX)
 {
-  BlockGrid grid(BlockShape(3, false));
+  Evidence grid(BlockShape(3, false));
   Random random(3);
   for (int i = 0; i < 300; ++i)
     grid.findOrCreate({random.integer(-5, 5), random.integer(-5, 5), random.integer(-5, 5)});
@@ -96,27 +93,27 @@ TEST(BlockGrid, SortsItsBlocksByZThenYThenX)
               std::make_tuple(blocks[i].z, blocks[i].y, blocks[i].x));
 }
 
-TEST(BlockGrid, CopiesItsBlocks)
+TEST(Evidence, CopiesItsBlocks)
 {
-  BlockGrid grid(BlockShape(2, false));
+  Evidence grid(BlockShape(2, false));
   put(grid, {1, 2, 3}, {4, 5});
   put(grid, {-1, 2, 3}, {6, 7});
-  BlockGrid copy(grid), assigned(BlockShape(3, true));
+  Evidence copy(grid), assigned(BlockShape(3, true));
   assigned = grid;
   EXPECT_EQ(differenceOf(copy, grid), "");
   EXPECT_EQ(differenceOf(assigned, grid), "");
   EXPECT_TRUE(assigned.shape() == grid.shape());
   put(copy, {1, 2, 3}, {40, 50});
-  EXPECT_TRUE(grid.evidence({1, 2, 3}) == (Evidence{4, 5}));
+  EXPECT_TRUE(grid.at({1, 2, 3}) == (CellSums{4, 5}));
   EXPECT_NE(differenceOf(copy, grid), "");
   grid.clear();
   EXPECT_EQ(grid.blockCount(), 0u);
-  EXPECT_TRUE(assigned.evidence({-1, 2, 3}) == (Evidence{6, 7}));
+  EXPECT_TRUE(assigned.at({-1, 2, 3}) == (CellSums{6, 7}));
 }
 
-TEST(BlockGrid, CountsTheBytesOfBlocksAndIndex)
+TEST(Evidence, CountsTheBytesOfBlocksAndIndex)
 {
-  BlockGrid grid(BlockShape(3, false));
+  Evidence grid(BlockShape(3, false));
   for (int x = -64; x < 64; ++x) put(grid, {x, 0, 0}, {1, 1});
   // 16 blocks, each 8 mask words and 8 leaves.
   EXPECT_GE(grid.memoryBytes(), 16u * 16u * 8u);

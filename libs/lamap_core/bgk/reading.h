@@ -1,0 +1,51 @@
+#pragma once
+
+#include <lamap_core/bgk/options.h>
+#include <lamap_core/grid/cell.h>
+#include <lamap_core/grid/cell_sums.h>
+
+#include <array>
+#include <functional>
+#include <memory>
+
+namespace lamap
+{
+class BgkMap;
+
+/** How a BGK map reads the two sums of a cell: ȳ and k̄ − ȳ over all scans (thesis eq. 4.5, 4.6), to which α₀
+ * and β₀ are added. A Reading as EvidenceMap wants it. */
+class BgkReading
+{
+ public:
+  using Structure = BgkStructure;
+  static constexpr SumKind kKind = SumKind::Counts;
+
+  /// @throws std::invalid_argument as BgkStructure::validate().
+  explicit BgkReading(const BgkStructure& structure);
+
+  [[nodiscard]] const BgkStructure& structure() const { return structure_; }
+  [[nodiscard]] CellEstimate read(const CellIndex& cell, const CellSums& sums,
+                                  const StateThresholds& thresholds) const;
+  [[nodiscard]] bool mean(const CellSums* cells, uint32_t count, CellSums& mean) const;
+  /// Priors and pruning may differ.
+  void requireAddable(const BgkReading& other) const;
+
+  void setPriorMap(std::shared_ptr<const BgkMap> prior) { priorMap_ = std::move(prior); }
+  [[nodiscard]] const std::shared_ptr<const BgkMap>& priorMap() const { return priorMap_; }
+  [[nodiscard]] bool hasPriorMap() const { return priorMap_ != nullptr; }
+  [[nodiscard]] bool priorKnows(const CellIndex& cell) const;
+  void visitPriorCells(const std::function<void(const CellIndex&)>& visit) const;
+  /// α₀ and β₀ of a cell, from the prior map where that has evidence.
+  [[nodiscard]] std::array<double, 2> priorOf(const CellIndex& cell) const;
+
+ private:
+  BgkStructure structure_;
+  std::shared_ptr<const BgkMap> priorMap_;
+};
+
+/// Eq. (4.1): mean; eq. (4.2): variance; eq. (4.9): state.
+[[nodiscard]] double bgkMean(double alpha, double beta);
+[[nodiscard]] double bgkVariance(double alpha, double beta);
+[[nodiscard]] CellState bgkState(double mean, double variance, const StateThresholds& thresholds);
+
+}  // namespace lamap

@@ -1,0 +1,67 @@
+#include <lamap_core/gp/reading.h>
+
+#include <lamap_core/math/portable_math.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace lamap
+{
+namespace
+{
+double sumOf(uint64_t code)
+{
+  return static_cast<double>(SignedSums::decoded(code).value_or(0)) * kEvidenceUnit;
+}
+}  // namespace
+
+GpReading::GpReading(const GpStructure& structure) : structure_(structure)
+{
+  structure_.validate();
+  structure_.minVariance = structure_.resolvedMinVariance();
+}
+
+CellEstimate GpReading::read(const CellIndex& /*cell*/, const CellSums& sums,
+                             const StateThresholds& thresholds) const
+{
+  CellEstimate cell;
+  if (structure_.fusion == GpFusion::Bayes)
+  {
+    const double logodds = sumOf(sums.second);
+    cell.prob = logistic(logodds);
+    cell.evidence = {logodds, 0.0};
+    cell.state = stateOf(cell.prob, thresholds);
+    return cell;
+  }
+  const double precision = 1.0 / structure_.signalVariance + std::max(sumOf(sums.first), 0.0);
+  const double weighted = sumOf(sums.second);
+  cell.variance = 1.0 / precision;                       // Eq. (2.29)
+  cell.evidence = {precision, weighted / precision};     // Eq. (2.28)
+  cell.prob = logistic(structure_.squash() * weighted);  // Eq. (2.25): ω is σ²_min·mean/variance
+  if (!(thresholds.variance > 0) || *cell.variance < thresholds.variance)
+    cell.state = stateOf(cell.prob, thresholds);
+  return cell;
+}
+
+bool GpReading::mean(const CellSums* cells, uint32_t count, CellSums& mean) const
+{
+  mean = meanSums(kKind, cells, count);
+  return true;
+}
+
+void GpReading::requireAddable(const GpReading& other) const
+{
+  GpStructure theirs = other.structure_;
+  theirs.pruning = structure_.pruning;
+  if (!(theirs == structure_))
+    throw std::invalid_argument("the other map was made with other creation options than this one");
+}
+
+SignedSums GpReading::sumsOf(const GpStructure& structure, double precision, double weighted)
+{
+  if (structure.fusion == GpFusion::Bayes)
+    return {std::nullopt, inEvidenceUnits(structure.squash() * weighted)};  // Eq. (2.25)
+  return {std::max<int64_t>(inEvidenceUnits(precision), 0), inEvidenceUnits(weighted)};
+}
+
+}  // namespace lamap

@@ -1,0 +1,140 @@
+#include <lamap_core/grid/evidence_change.h>
+
+#include <tbb/enumerable_thread_specific.h>
+
+#include <utility>
+
+namespace lamap
+{
+namespace
+{
+/// Adds all cells of a packed block.
+void addTo(DenseBlock& dense, const BlockShape& shape, SumKind kind, const EvidenceBlock& added)
+{
+  added.visitLeaves(shape,
+                    [&](uint32_t first, uint32_t count, const CellSums& sums)
+                    {
+                      for (uint32_t offset = first; offset < first + count; ++offset)
+                      {
+                        const bool isNew = !dense.isObserved(offset);
+                        dense.set(offset, isNew ? sums : addSums(kind, dense.at(offset), sums));
+                      }
+                    });
+}
+}  // namespace
+
+EvidenceChange EvidenceChange::addition(Evidence& to, Evidence&& added, const RuleForBlock& ruleFor,
+                                        const Workers& workers)
+{
+  EvidenceChange change(to);
+  change.items_.reserve(added.blockCount());
+  added.forEachBlock(
+      [&](const BlockIndex& index, EvidenceBlock& block)
+      {
+        if (block.empty()) return;
+        Item& item = change.items_.emplace_back(index);
+        item.added = &block;
+        item.mine = &block;
+      });
+  change.prepareItems(ruleFor, workers);
+  return change;
+}
+
+EvidenceChange EvidenceChange::addition(Evidence& to, const Evidence& added, const RuleForBlock& ruleFor,
+                                        const Workers& workers)
+{
+  EvidenceChange change(to);
+  change.items_.reserve(added.blockCount());
+  added.forEachBlock(
+      [&](const BlockIndex& index, const EvidenceBlock& block)
+      {
+        if (!block.empty()) change.items_.emplace_back(index).added = &block;
+      });
+  change.prepareItems(ruleFor, workers);
+  return change;
+}
+
+EvidenceChange EvidenceChange::replacement(Evidence& of, const std::vector<BlockIndex>& blocks, Evidence&& by)
+{
+  EvidenceChange change(of);
+  for (const BlockIndex& index : blocks)
+  {
+    EvidenceBlock* const old = of.find(index);
+    EvidenceBlock* const fresh = by.find(index);
+    if (fresh == nullptr)
+    {
+      if (old != nullptr) change.gone_.push_back(index);
+      continue;
+    }
+    Item& item = change.items_.emplace_back(index);
+    item.target = old;
+    item.replacement = std::move(*fresh);
+  }
+  change.makeTargets();
+  return change;
+}
+
+EvidenceChange::~EvidenceChange()
+{
+  for (const Item& item : items_)
+    if (item.isNew) evidence_->erase(item.index);
+}
+
+void EvidenceChange::prepareItems(const RuleForBlock& ruleFor, const Workers& workers)
+{
+  tbb::enumerable_thread_specific<DenseBlock> dense([&] { return DenseBlock(evidence_->shape()); });
+  workers.forEach(items_.size(),
+                  [&](size_t i)
+                  {
+                    Item& item = items_[i];
+                    item.target = evidence_->find(item.index);
+                    prepare(item, ruleFor(item.index), dense.local());
+                  });
+  makeTargets();
+}
+
+void EvidenceChange::prepare(Item& item, const OctantRule& rule, DenseBlock& dense) const
+{
+  const BlockShape& shape = evidence_->shape();
+  const SumKind kind = evidence_->kind();
+  EvidenceBlock& sum = item.replacement;
+  // Where nothing is held once before or after, as in most blocks near surfaces, there is nothing to unpack.
+  const bool isPlain =
+      rule.pruning != Pruning::State && !item.added->pruned() && !item.added->wide() &&
+      (item.target == nullptr || (kind == SumKind::Counts && item.added->isPlainFor(*item.target)));
+  if (isPlain)
+  {
+    sum = item.mine != nullptr ? std::move(*item.mine) : *item.added;
+    if (item.target != nullptr) sum.addPlain(shape, *item.target);
+    if (rule.pruning == Pruning::None || !sum.hasEqualOctant(shape)) return;
+    sum.unpack(shape, dense);
+  }
+  else
+  {
+    dense.clear();
+    if (item.target != nullptr) item.target->unpack(shape, dense);
+    addTo(dense, shape, kind, *item.added);
+  }
+  sum.pack(shape, dense, rule.merger);
+}
+
+/// Makes the blocks that are not there yet, empty.
+void EvidenceChange::makeTargets()
+{
+  for (Item& item : items_)
+  {
+    if (item.target != nullptr) continue;
+    item.target = &evidence_->findOrCreate(item.index);
+    item.isNew = true;
+  }
+}
+
+void EvidenceChange::commit() noexcept
+{
+  for (Item& item : items_) *item.target = std::move(item.replacement);
+  for (const BlockIndex& index : gone_) evidence_->erase(index);
+  items_.clear();
+  gone_.clear();
+}
+
+}  // namespace lamap

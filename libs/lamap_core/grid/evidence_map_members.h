@@ -1,0 +1,142 @@
+#pragma once
+
+// Members of EvidenceMap, for the source that instantiates it for its learner.
+
+#include <lamap_core/grid/evidence_map.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lamap
+{
+template <typename Reading>
+EvidenceMap<Reading>::EvidenceMap(const Structure& structure)
+    : reading_(structure),
+      planarLayer_(static_cast<int32_t>(std::floor(structure.planarHeight / structure.resolution))),
+      evidence_(BlockShape(structure.blockDepth - 1, structure.planar), Reading::kKind)
+{
+}
+
+template <typename Reading>
+RuleForBlock EvidenceMap<Reading>::ruleFor(const StateThresholds& thresholds) const
+{
+  switch (structure().pruning)
+  {
+    case Pruning::None:
+      return [](const BlockIndex&) { return OctantRule{}; };
+    case Pruning::Lossless:
+      return [](const BlockIndex&) { return OctantRule{Pruning::Lossless, mergeEqual}; };
+    case Pruning::State:
+      break;
+  }
+  return [this, thresholds](const BlockIndex& block)
+  {
+    const CellIndex first = evidence_.firstCellOf(block);
+    const auto stateOf = [this, thresholds, first](uint32_t offset, const CellSums& sums)
+    {
+      const CellIndex local = evidence_.shape().localOf(offset);
+      return reading_.read({first.x + local.x, first.y + local.y, first.z + local.z}, sums, thresholds).state;
+    };
+    const auto meanOf = [this](const CellSums* cells, uint32_t count, CellSums& mean)
+    { return reading_.mean(cells, count, mean); };
+    const auto merger = [=](const DenseBlock& dense, uint32_t begin, uint32_t count, CellSums& merged)
+    { return mergeSameState(dense, begin, count, merged, meanOf, stateOf); };
+    return OctantRule{Pruning::State, merger};
+  };
+}
+
+template <typename Reading>
+void EvidenceMap<Reading>::add(Evidence&& said, const StateThresholds& thresholds, const Workers& workers)
+{
+  EvidenceChange::addition(evidence_, std::move(said), ruleFor(thresholds), workers).commit();
+}
+
+template <typename Reading>
+void EvidenceMap<Reading>::merge(const EvidenceMap& other, const StateThresholds& thresholds)
+{
+  reading_.requireAddable(other.reading_);
+  const Workers workers(1);
+  EvidenceChange::addition(evidence_, other.evidence_, ruleFor(thresholds), workers).commit();
+}
+
+template <typename Reading>
+Evidence EvidenceMap<Reading>::evidenceOf(const CellIndex& index, const CellSums& sums) const
+{
+  CellIndex cell = index;
+  if (structure().planar) cell.z = planarLayer_;
+  const BlockShape& shape = evidence_.shape();
+  Evidence evidence(shape, Reading::kKind);
+  DenseBlock dense(shape);
+  dense.set(shape.offsetOf(cell), sums);
+  evidence.findOrCreate(evidence.blockOf(cell)).pack(shape, dense, {});
+  return evidence;
+}
+
+template <typename Reading>
+std::optional<CellEstimate> EvidenceMap<Reading>::cell(const CellIndex& index,
+                                                       const StateThresholds& thresholds) const
+{
+  if (structure().planar && index.z != planarLayer_) return std::nullopt;
+  const CellSums sums = evidence_.at(index);
+  if (!sums.any() && !reading_.priorKnows(index)) return std::nullopt;
+  return reading_.read(index, sums, thresholds);
+}
+
+template <typename Reading>
+std::optional<CellEstimate> EvidenceMap<Reading>::at(const Eigen::Vector3d& point_m,
+                                                     const StateThresholds& thresholds) const
+{
+  auto index = cellAt(point_m, structure().resolution);
+  if (!index) return std::nullopt;
+  if (structure().planar) index->z = planarLayer_;
+  return cell(*index, thresholds);
+}
+
+template <typename Reading>
+void EvidenceMap<Reading>::visitCells(const StateThresholds& thresholds, const CellVisitor& visitor) const
+{
+  const BlockShape& shape = evidence_.shape();
+  for (const BlockIndex& index : evidence_.sortedBlocks())
+  {
+    const CellIndex first = evidence_.firstCellOf(index);
+    evidence_.find(index)->visitLeaves(
+        shape,
+        [&](uint32_t begin, uint32_t count, const CellSums& sums)
+        {
+          CellEstimate estimate;
+          for (uint32_t offset = begin; offset < begin + count; ++offset)
+          {
+            const CellIndex local = shape.localOf(offset);
+            const CellIndex cell{first.x + local.x, first.y + local.y, first.z + local.z};
+            if (offset == begin || reading_.hasPriorMap()) estimate = reading_.read(cell, sums, thresholds);
+            visitor(cell, estimate);
+          }
+        });
+  }
+  reading_.visitPriorCells(
+      [&](const CellIndex& cell)
+      {
+        if (!evidence_.at(cell).any()) visitor(cell, reading_.read(cell, {}, thresholds));
+      });
+}
+
+template <typename Reading>
+std::optional<std::pair<CellIndex, CellIndex>> EvidenceMap<Reading>::extent() const
+{
+  constexpr int32_t kMost = std::numeric_limits<int32_t>::max();
+  CellIndex low{kMost, kMost, kMost};
+  CellIndex high{-kMost, -kMost, -kMost};
+  bool any = false;
+  visitCells({},
+             [&](const CellIndex& cell, const CellEstimate&)
+             {
+               any = true;
+               low = {std::min(low.x, cell.x), std::min(low.y, cell.y), std::min(low.z, cell.z)};
+               high = {std::max(high.x, cell.x), std::max(high.y, cell.y), std::max(high.z, cell.z)};
+             });
+  if (!any) return std::nullopt;
+  return std::make_pair(low, high);
+}
+
+}  // namespace lamap

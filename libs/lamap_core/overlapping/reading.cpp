@@ -1,0 +1,51 @@
+#include <lamap_core/overlapping/reading.h>
+
+#include <lamap_core/math/portable_math.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace lamap
+{
+double logoddsOf(const CellSums& sums, double outOfFieldLimit)
+{
+  const SignedSums decoded = SignedSums::of(sums);
+  if (decoded.first) return static_cast<double>(*decoded.first) * kEvidenceUnit;
+  const double outside = static_cast<double>(decoded.second.value_or(0)) * kEvidenceUnit;
+  return std::clamp(outside, -outOfFieldLimit, outOfFieldLimit);
+}
+
+OverlappingReading::OverlappingReading(const OverlappingStructure& structure) : structure_(structure)
+{
+  structure_.validate();
+}
+
+CellEstimate OverlappingReading::read(const CellIndex& /*cell*/, const CellSums& sums,
+                                      const StateThresholds& thresholds) const
+{
+  CellEstimate cell;
+  const double logodds = logoddsOf(sums, structure_.outOfFieldLimit);
+  cell.prob = logistic(logodds);
+  cell.state = stateOf(cell.prob, thresholds);
+  cell.evidence = {logodds, sums.first != 0 ? 1.0 : 0.0};
+  return cell;
+}
+
+bool OverlappingReading::mean(const CellSums* cells, uint32_t count, CellSums& mean) const
+{
+  const bool inField = cells[0].first != 0;
+  const bool alike =
+      std::all_of(cells, cells + count, [&](const CellSums& cell) { return (cell.first != 0) == inField; });
+  if (alike) mean = meanSums(kKind, cells, count);
+  return alike;
+}
+
+void OverlappingReading::requireAddable(const OverlappingReading& other) const
+{
+  OverlappingStructure theirs = other.structure_;
+  theirs.pruning = structure_.pruning;
+  if (!(theirs == structure_))
+    throw std::invalid_argument("the other map was made with other creation options than this one");
+}
+
+}  // namespace lamap
