@@ -78,29 +78,6 @@ LAMAP_INLINED void features(const Tables& tables, const float* kernels, float* o
   }
 }
 
-template <typename Tables>
-void kernelsBaseline(const Tables& tables, const std::array<float, 3>& point, float* out)
-{
-  kernels<4>(tables, point, out);
-}
-template <typename Tables>
-void featuresBaseline(const Tables& tables, const float* kernels, float* out)
-{
-  features<4>(tables, kernels, out);
-}
-#ifdef LAMAP_FOR_AVX2
-template <typename Tables>
-LAMAP_FOR_AVX2 void kernelsAvx2(const Tables& tables, const std::array<float, 3>& point, float* out)
-{
-  kernels<8>(tables, point, out);
-}
-template <typename Tables>
-LAMAP_FOR_AVX2 void featuresAvx2(const Tables& tables, const float* kernels, float* out)
-{
-  features<8>(tables, kernels, out);
-}
-#endif
-
 }  // namespace
 
 NystroemRows::NystroemRows(const std::array<std::vector<float>, 3>& inducing,
@@ -131,18 +108,14 @@ NystroemRows::Tables NystroemRows::tables() const
 
 void NystroemRows::kernelsOf(const std::array<float, 3>& point, float* out, bool wide) const
 {
-#ifdef LAMAP_FOR_AVX2
-  if (wide) return kernelsAvx2(tables(), point, out);
-#endif
-  kernelsBaseline(tables(), point, out);
+  withRegisters([&](auto r) LAMAP_INLINED_LAMBDA { kernels<decltype(r)::kFloats>(tables(), point, out); },
+                wide);
 }
 
 void NystroemRows::featuresOf(const float* kernels, float* out, bool wide) const
 {
-#ifdef LAMAP_FOR_AVX2
-  if (wide) return featuresAvx2(tables(), kernels, out);
-#endif
-  featuresBaseline(tables(), kernels, out);
+  withRegisters([&](auto r) LAMAP_INLINED_LAMBDA { features<decltype(r)::kFloats>(tables(), kernels, out); },
+                wide);
 }
 
 }  // namespace lamap

@@ -1,65 +1,39 @@
 #include <lamap_core/gp/tile.h>
 
-#include <lamap_core/math/wide_floats.h>
+#include <lamap_core/math/exponential.h>
+#include <lamap_core/math/registers.h>
 
 #include <cmath>
-#include <cstring>
-
-// Compiles the body for registers of two numbers, and of four for processors that have them.
-#ifdef LAMAP_FOR_AVX2
-#define LAMAP_FOR_EACH_PROCESSOR(name, parameters, arguments) \
-  LAMAP_FOR_AVX2 static void name##Wide parameters            \
-  {                                                           \
-    name##Body<Four> arguments;                               \
-  }                                                           \
-  void name parameters                                        \
-  {                                                           \
-    if (hasAvx2()) return name##Wide arguments;               \
-    name##Body<Two> arguments;                                \
-  }
-#else
-#define LAMAP_FOR_EACH_PROCESSOR(name, parameters, arguments) \
-  void name parameters                                        \
-  {                                                           \
-    name##Body<Two> arguments;                                \
-  }
-#endif
 
 namespace lamap
 {
 namespace
 {
-using Two = double __attribute__((vector_size(16), aligned(8), may_alias));
-using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
-
-/// A tile in registers' worth of numbers. @tparam V Two or Four
-template <typename V>
+/// A tile in registers' worth of numbers. @tparam R Registers
+template <typename R>
 struct Parts
 {
-  static constexpr int kLanes = sizeof(V) / sizeof(double);
+  static constexpr int kLanes = R::kDoubles;
   static constexpr int kCount = 8 / kLanes;
+  typedef double Numbers __attribute__((vector_size(kLanes * sizeof(double)), aligned(8), may_alias));
+
+  static LAMAP_INLINED const Numbers* of(const GpTile& tile)
+  {
+    return reinterpret_cast<const Numbers*>(tile.data());
+  }
+  static LAMAP_INLINED Numbers* of(GpTile& tile) { return reinterpret_cast<Numbers*>(tile.data()); }
 };
 
-template <typename V>
-LAMAP_INLINED const V* partsOf(const GpTile& tile)
-{
-  return reinterpret_cast<const V*>(tile.data());
-}
-template <typename V>
-LAMAP_INLINED V* partsOf(GpTile& tile)
-{
-  return reinterpret_cast<V*>(tile.data());
-}
-
-template <typename V>
+template <typename R>
 LAMAP_INLINED void squaredDistancesBody(const double* x, const double* y, const double* z, size_t count,
                                         const GpPlaces& to, GpTile* rows, GpTile& nearest)
 {
-  for (int part = 0; part < Parts<V>::kCount; ++part)
+  using V = typename Parts<R>::Numbers;
+  for (int part = 0; part < Parts<R>::kCount; ++part)
   {
-    const V cx = partsOf<V>(to.x)[part];
-    const V cy = partsOf<V>(to.y)[part];
-    const V cz = partsOf<V>(to.z)[part];
+    const V cx = Parts<R>::of(to.x)[part];
+    const V cy = Parts<R>::of(to.y)[part];
+    const V cz = Parts<R>::of(to.z)[part];
     V least = V{} + 1e300;
     for (size_t i = 0; i < count; ++i)
     {
@@ -68,13 +42,12 @@ LAMAP_INLINED void squaredDistancesBody(const double* x, const double* y, const 
       const V dz = cz - z[i];
       const V squared = dx * dx + dy * dy + dz * dz;
       least = squared < least ? squared : least;
-      partsOf<V>(rows[i])[part] = squared;
+      Parts<R>::of(rows[i])[part] = squared;
     }
-    partsOf<V>(nearest)[part] = least;
+    Parts<R>::of(nearest)[part] = least;
   }
 }
 
-template <typename V>
 LAMAP_INLINED void lookUpBody(const double* table, size_t count, GpTile* rows)
 {
   for (size_t i = 0; i < count; ++i)
@@ -84,64 +57,54 @@ LAMAP_INLINED void lookUpBody(const double* table, size_t count, GpTile* rows)
 }
 
 /// Replaces t ≥ 0 by portableExp(−t), to the last bit.
-template <typename V>
-LAMAP_INLINED void replaceByExpOfMinus(V& t)
+template <typename R>
+LAMAP_INLINED void replaceByExpOfMinus(typename Parts<R>::Numbers& t)
 {
-  constexpr double kRounder = 0x1.8p52;
-  constexpr double kFarthest = 708.0;
-  const V bounded = t > kFarthest ? V{} - kFarthest : -t;
-  const V shifted = bounded * 0x1.71547652b82fep+0 + kRounder;
-  const V n = shifted - kRounder;
-  const V r = (bounded - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
-  V sum = V{} + 1.0 / 6227020800.0;
-  for (const double term :
-       {1.0 / 479001600.0, 1.0 / 39916800.0, 1.0 / 3628800.0, 1.0 / 362880.0, 1.0 / 40320.0, 1.0 / 5040.0,
-        1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0})
-    sum = sum * r + term;
-  decltype(t < t) bits;
-  std::memcpy(&bits, &shifted, sizeof(V));
-  bits = (bits + 1023) << 52;
-  V power;
-  std::memcpy(&power, &bits, sizeof(V));
-  t = t > kFarthest ? V{} : sum * power;
+  using V = typename Parts<R>::Numbers;
+  constexpr double kFarthest = -Exponential<double>::kLowest;
+  V power = t > kFarthest ? V{} - kFarthest : -t;
+  replaceByExp<double, V>(power);
+  t = t > kFarthest ? V{} : power;
 }
 
-template <typename V>
+template <typename R>
 LAMAP_INLINED void matern32Body(double factor, double scale, size_t count, GpTile* rows)
 {
+  using V = typename Parts<R>::Numbers;
   double* numbers = rows->data();
   for (size_t i = 0; i < 8 * count; ++i) numbers[i] = factor * std::sqrt(numbers[i]);
   for (size_t i = 0; i < count; ++i)
   {
-    for (int part = 0; part < Parts<V>::kCount; ++part)
+    for (int part = 0; part < Parts<R>::kCount; ++part)
     {
-      V& entry = partsOf<V>(rows[i])[part];
+      V& entry = Parts<R>::of(rows[i])[part];
       const V t = entry;
       V power = t;
-      replaceByExpOfMinus<V>(power);
+      replaceByExpOfMinus<R>(power);
       entry = scale * ((1.0 + t) * power);
     }
   }
 }
 
 /// The rows first to first + kRows − 1, together, because they share the loaded values.
-template <typename V, int kRows>
+template <typename R, int kRows>
 LAMAP_INLINED void solveRows(const double* factor, const double* inverse, size_t first, GpTile* rows)
 {
-  constexpr int kParts = Parts<V>::kCount;
+  using V = typename Parts<R>::Numbers;
+  constexpr int kParts = Parts<R>::kCount;
   const double* l[kRows];
   V sums[kRows][kParts];
   for (int r = 0; r < kRows; ++r)
   {
     const size_t i = first + static_cast<size_t>(r);
     l[r] = factor + i * (i + 1) / 2;
-    for (int part = 0; part < kParts; ++part) sums[r][part] = partsOf<V>(rows[i])[part];
+    for (int part = 0; part < kParts; ++part) sums[r][part] = Parts<R>::of(rows[i])[part];
   }
   for (size_t j = 0; j < first; ++j)
   {
     for (int part = 0; part < kParts; ++part)
     {
-      const V solved = partsOf<V>(rows[j])[part];
+      const V solved = Parts<R>::of(rows[j])[part];
       for (int r = 0; r < kRows; ++r) sums[r][part] -= l[r][j] * solved;
     }
   }
@@ -152,78 +115,97 @@ LAMAP_INLINED void solveRows(const double* factor, const double* inverse, size_t
     {
       for (int q = 0; q < r; ++q) sums[r][part] -= l[r][first + static_cast<size_t>(q)] * sums[q][part];
       sums[r][part] *= inverse[i];
-      partsOf<V>(rows[i])[part] = sums[r][part];
+      Parts<R>::of(rows[i])[part] = sums[r][part];
     }
   }
 }
 
-template <typename V>
+template <typename R>
 LAMAP_INLINED void solveForwardBody(const double* factor, const double* inverse, size_t count, GpTile* rows)
 {
-  constexpr int kRows = Parts<V>::kLanes;
+  constexpr int kRows = Parts<R>::kLanes;
   size_t i = 0;
-  for (; i + kRows <= count; i += kRows) solveRows<V, kRows>(factor, inverse, i, rows);
-  for (; i < count; ++i) solveRows<V, 1>(factor, inverse, i, rows);
+  for (; i + kRows <= count; i += kRows) solveRows<R, kRows>(factor, inverse, i, rows);
+  for (; i < count; ++i) solveRows<R, 1>(factor, inverse, i, rows);
 }
 
-template <typename V>
+template <typename R>
 LAMAP_INLINED void subtractProductsBody(size_t count, const GpTile* rows, GpTile* square)
 {
-  constexpr int kParts = Parts<V>::kCount;
-  constexpr size_t kRows = Parts<V>::kLanes;
+  using V = typename Parts<R>::Numbers;
+  constexpr int kParts = Parts<R>::kCount;
+  constexpr size_t kRows = Parts<R>::kLanes;
   for (size_t first = 0; first < 8; first += kRows)
   {
     V sums[kRows][kParts];
     for (size_t r = 0; r < kRows; ++r)
-      for (int part = 0; part < kParts; ++part) sums[r][part] = partsOf<V>(square[first + r])[part];
+      for (int part = 0; part < kParts; ++part) sums[r][part] = Parts<R>::of(square[first + r])[part];
     for (size_t i = 0; i < count; ++i)
     {
       for (int part = 0; part < kParts; ++part)
       {
-        const V column = partsOf<V>(rows[i])[part];
+        const V column = Parts<R>::of(rows[i])[part];
         for (size_t r = 0; r < kRows; ++r) sums[r][part] -= rows[i][first + r] * column;
       }
     }
     for (size_t r = 0; r < kRows; ++r)
-      for (int part = 0; part < kParts; ++part) partsOf<V>(square[first + r])[part] = sums[r][part];
+      for (int part = 0; part < kParts; ++part) Parts<R>::of(square[first + r])[part] = sums[r][part];
   }
 }
 
-template <typename V>
+template <typename R>
 LAMAP_INLINED void sumRowsBody(const double* weights, size_t count, const GpTile* rows, GpTile& mean,
                                GpTile& squares)
 {
-  for (int part = 0; part < Parts<V>::kCount; ++part)
+  using V = typename Parts<R>::Numbers;
+  for (int part = 0; part < Parts<R>::kCount; ++part)
   {
     V sum{};
     V squared{};
     for (size_t i = 0; i < count; ++i)
     {
-      const V v = partsOf<V>(rows[i])[part];
+      const V v = Parts<R>::of(rows[i])[part];
       sum += v * weights[i];
       squared += v * v;
     }
-    partsOf<V>(mean)[part] = sum;
-    partsOf<V>(squares)[part] = squared;
+    Parts<R>::of(mean)[part] = sum;
+    Parts<R>::of(squares)[part] = squared;
   }
 }
 }  // namespace
 
-LAMAP_FOR_EACH_PROCESSOR(squaredDistances,
-                         (const double* x, const double* y, const double* z, size_t count, const GpPlaces& to,
-                          GpTile* rows, GpTile& nearest),
-                         (x, y, z, count, to, rows, nearest))
-LAMAP_FOR_EACH_PROCESSOR(lookUp, (const double* table, size_t count, GpTile* rows), (table, count, rows))
-LAMAP_FOR_EACH_PROCESSOR(matern32, (double factor, double scale, size_t count, GpTile* rows),
-                         (factor, scale, count, rows))
-LAMAP_FOR_EACH_PROCESSOR(solveForward,
-                         (const double* factor, const double* inverse, size_t count, GpTile* rows),
-                         (factor, inverse, count, rows))
-LAMAP_FOR_EACH_PROCESSOR(subtractProducts, (size_t count, const GpTile* rows, GpTile* square),
-                         (count, rows, square))
-LAMAP_FOR_EACH_PROCESSOR(sumRows,
-                         (const double* weights, size_t count, const GpTile* rows, GpTile& mean,
-                          GpTile& squares),
-                         (weights, count, rows, mean, squares))
+void squaredDistances(const double* x, const double* y, const double* z, size_t count, const GpPlaces& to,
+                      GpTile* rows, GpTile& nearest)
+{
+  withRegisters([&](auto r) LAMAP_INLINED_LAMBDA
+                { squaredDistancesBody<decltype(r)>(x, y, z, count, to, rows, nearest); });
+}
+
+void lookUp(const double* table, size_t count, GpTile* rows)
+{
+  withRegisters([&](auto /*r*/) LAMAP_INLINED_LAMBDA { lookUpBody(table, count, rows); });
+}
+
+void matern32(double factor, double scale, size_t count, GpTile* rows)
+{
+  withRegisters([&](auto r) LAMAP_INLINED_LAMBDA { matern32Body<decltype(r)>(factor, scale, count, rows); });
+}
+
+void solveForward(const double* factor, const double* inverse, size_t count, GpTile* rows)
+{
+  withRegisters([&](auto r) LAMAP_INLINED_LAMBDA
+                { solveForwardBody<decltype(r)>(factor, inverse, count, rows); });
+}
+
+void subtractProducts(size_t count, const GpTile* rows, GpTile* square)
+{
+  withRegisters([&](auto r) LAMAP_INLINED_LAMBDA { subtractProductsBody<decltype(r)>(count, rows, square); });
+}
+
+void sumRows(const double* weights, size_t count, const GpTile* rows, GpTile& mean, GpTile& squares)
+{
+  withRegisters([&](auto r) LAMAP_INLINED_LAMBDA
+                { sumRowsBody<decltype(r)>(weights, count, rows, mean, squares); });
+}
 
 }  // namespace lamap

@@ -128,18 +128,6 @@ LAMAP_INLINED double learnPass(const DensePass& pass, double owed, float* paid, 
   }
   return owed;
 }
-double learnPassBaseline(const DensePass& pass, double owed, float* paid, float* weights)
-{
-  return learnPass<4>(pass, owed, paid, weights);
-}
-#ifdef LAMAP_FOR_AVX2
-LAMAP_FOR_AVX2 double learnPassAvx2(const DensePass& pass, double owed, float* paid, float* weights)
-{
-  return learnPass<8>(pass, owed, paid, weights);
-}
-#else
-constexpr auto learnPassAvx2 = learnPassBaseline;
-#endif
 
 class SgdTrainer
 {
@@ -181,7 +169,9 @@ class SgdTrainer
     const DensePass pass{order,   rows,           labels,
                          weights, options_.alpha, startTime_,
                          time,    u_.size(),      rows_.bias().value_or(static_cast<uint32_t>(u_.size()))};
-    owed_ = (hasAvx2() ? learnPassAvx2 : learnPassBaseline)(pass, owed_, paid_.data(), u_.data());
+    owed_ = withRegisters(
+        [&](auto r) LAMAP_INLINED_LAMBDA
+        { return lamap::learnPass<decltype(r)::kFloats>(pass, owed_, paid_.data(), u_.data()); });
   }
 
   /// What is left to be done for all weights.

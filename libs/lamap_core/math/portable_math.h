@@ -1,71 +1,30 @@
 #pragma once
 
+#include <lamap_core/math/exponential.h>
+
 #include <cstdint>
 #include <cstring>
 
 namespace lamap
 {
-/** Exponentials and logarithms from additions, multiplications and divisions alone.
- *
- * The last bit of the C library's own differs between processors, so what must come out alike everywhere uses
- * these. Relative errors: below 1e-15 in double, 2e-7 in float. Free of branches where a compiler can be
- * hoped to vectorize them.
- */
+// Exponentials and logarithms from additions, multiplications and divisions alone. The last bit of the C
+// library's own differs between processors; what must come out alike everywhere uses these.
 
 /// e^x; 0 below −708, never beyond e^709.
 [[nodiscard]] inline double portableExp(double x) noexcept
 {
-  // Adding 1.5·2^52 rounds to a whole number and leaves it in the low bits.
-  constexpr double kRounder = 0x1.8p52;
-  const double bounded = x < -708.0 ? -708.0 : (x > 709.0 ? 709.0 : x);
-  const double shifted = bounded * 0x1.71547652b82fep+0 + kRounder;
-  const double n = shifted - kRounder;
-  const double r = (bounded - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
-  // Taylor's series on |r| ≤ ln 2 / 2.
-  double sum = 1.0 / 6227020800.0;
-  sum = sum * r + 1.0 / 479001600.0;
-  sum = sum * r + 1.0 / 39916800.0;
-  sum = sum * r + 1.0 / 3628800.0;
-  sum = sum * r + 1.0 / 362880.0;
-  sum = sum * r + 1.0 / 40320.0;
-  sum = sum * r + 1.0 / 5040.0;
-  sum = sum * r + 1.0 / 720.0;
-  sum = sum * r + 1.0 / 120.0;
-  sum = sum * r + 1.0 / 24.0;
-  sum = sum * r + 1.0 / 6.0;
-  sum = sum * r + 0.5;
-  sum = sum * r + 1.0;
-  sum = sum * r + 1.0;
-  uint64_t bits = 0;
-  std::memcpy(&bits, &shifted, sizeof(bits));
-  bits = (bits + 1023) << 52;
-  double power = 0;
-  std::memcpy(&power, &bits, sizeof(power));
-  return x < -708.0 ? 0.0 : sum * power;
+  double power = x;
+  bound<double>(power);
+  replaceByExp<double>(power);
+  return x < Exponential<double>::kLowest ? 0.0 : power;
 }
 
 /// e^x for x in [−87, 88], the nearest of these elsewhere.
 [[nodiscard]] inline float portableExp(float x) noexcept
 {
-  constexpr float kRounder = 0x1.8p23f;
-  const float bounded = x < -87.0f ? -87.0f : (x > 88.0f ? 88.0f : x);
-  const float shifted = bounded * 0x1.715476p+0f + kRounder;
-  const float n = shifted - kRounder;
-  const float r = (bounded - n * 0x1.62e4p-1f) - n * 0x1.7f7d1cp-20f;
-  float sum = 1.0f / 5040.0f;
-  sum = sum * r + 1.0f / 720.0f;
-  sum = sum * r + 1.0f / 120.0f;
-  sum = sum * r + 1.0f / 24.0f;
-  sum = sum * r + 1.0f / 6.0f;
-  sum = sum * r + 0.5f;
-  sum = sum * r + 1.0f;
-  sum = sum * r + 1.0f;
-  uint32_t bits = 0;
-  std::memcpy(&bits, &shifted, sizeof(bits));
-  bits = (bits + 127) << 23;
-  float power = 0;
-  std::memcpy(&power, &bits, sizeof(power));
-  return sum * power;
+  bound<float>(x);
+  replaceByExp<float>(x);
+  return x;
 }
 
 /// log(1 + y) for y in [0, 1].
