@@ -378,8 +378,8 @@ TEST(OverlappingMapProperty, UncertaintyTurnsWithTheScene)
     here.insert(posed.scan, inference, posed.pose, &uncertainty);
     there.insert(turned.scan, inference, turned.pose, &turnedToo);
     certain.insert(posed.scan, inference, posed.pose);
-    const auto& weights = here.models().front().model->siteWeights;
-    const auto& others = there.models().front().model->siteWeights;
+    const auto& weights = here.models().front().model->sites.weights;
+    const auto& others = there.models().front().model->sites.weights;
     ASSERT_EQ(weights.size(), others.size());
     double most = 0;
     for (size_t i = 0; i < weights.size(); ++i)
@@ -480,11 +480,11 @@ TEST(OverlappingMap, RefusesPartsThatItCouldNotHave)
     EXPECT_THROW(other.restore({placed}, {}), std::runtime_error);
     EXPECT_TRUE(other.empty());
   };
-  refused([](HilbertModel& m, ModelPose&) { m.siteWeights.pop_back(); });
-  refused([](HilbertModel& m, ModelPose&) { m.siteWeights.front() = NAN; });
-  refused([](HilbertModel& m, ModelPose&) { m.siteWeights.front() = 0; });
-  refused([](HilbertModel& m, ModelPose&) { m.siteBits.pop_back(); });
-  refused([](HilbertModel& m, ModelPose&) { std::swap(m.siteBlocks.front(), m.siteBlocks.back()); });
+  refused([](HilbertModel& m, ModelPose&) { m.sites.weights.pop_back(); });
+  refused([](HilbertModel& m, ModelPose&) { m.sites.weights.front() = NAN; });
+  refused([](HilbertModel& m, ModelPose&) { m.sites.weights.front() = 0; });
+  refused([](HilbertModel& m, ModelPose&) { m.sites.bits.pop_back(); });
+  refused([](HilbertModel& m, ModelPose&) { std::swap(m.sites.blocks.front(), m.sites.blocks.back()); });
   refused([](HilbertModel& m, ModelPose&) { std::swap(m.boxLow, m.boxHigh); });
   refused([](HilbertModel& m, ModelPose&) { m.boxHigh.x() = INFINITY; });
   refused([](HilbertModel& m, ModelPose&) { m.bias = 1; });

@@ -46,14 +46,14 @@ void OverlappingOracle::addModel(const HilbertModel& model, const std::vector<Po
   own.bias = model.bias;
   const double h = structure_.latticeSpacing;
   size_t number = 0;
-  for (size_t b = 0; b < model.siteBlocks.size(); ++b)
+  for (size_t b = 0; b < model.sites.blocks.size(); ++b)
     for (int offset = 0; offset < 512; ++offset)
     {
-      if ((model.siteBits[b][static_cast<size_t>(offset / 64)] >> (offset % 64) & 1) == 0) continue;
-      const BlockIndex& block = model.siteBlocks[b];
+      if ((model.sites.bits[b][static_cast<size_t>(offset / 64)] >> (offset % 64) & 1) == 0) continue;
+      const BlockIndex& block = model.sites.blocks[b];
       const Eigen::Vector3d site(block.x * 8 + offset % 8, block.y * 8 + offset / 8 % 8,
                                  block.z * 8 + offset / 64);
-      own.kernels.push_back({h * (site.array() + 0.5), model.siteWeights[number++]});
+      own.kernels.push_back({h * (site.array() + 0.5), model.sites.weights[number++]});
     }
   for (size_t k = 0; k < model.inducing.size(); ++k)
     own.kernels.push_back({model.inducing[k], model.kernelWeights[k]});

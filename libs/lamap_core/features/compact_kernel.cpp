@@ -44,6 +44,14 @@ double GaussianBlur::squaredDistance(const Eigen::Vector3d& d) const
   return sum;
 }
 
+Eigen::Matrix3d inPlane(const Eigen::Matrix3d& covariance)
+{
+  Eigen::Matrix3d flat = covariance;
+  flat.row(2).setZero();
+  flat.col(2).setZero();
+  return flat;
+}
+
 CompactKernel::CompactKernel(double gamma, double cutoff) : gamma_(gamma), cutoff_(cutoff)
 {
   requireLegal(gamma > 0 && std::isfinite(gamma), "gamma", gamma, "a finite number > 0");
@@ -110,6 +118,22 @@ int64_t placeIn(int32_t site, double spacing_m, double coordinate)
   return static_cast<int64_t>(std::floor((coordinate - site * spacing_m) * 0x1p24 + 0.5));
 }
 
+double inMetres(int64_t place)
+{
+  return static_cast<double>(place) * 0x1p-24;
+}
+
+void findSites(const CompactKernel& kernel, double spacing_m, double place_m, AxisReach& reach)
+{
+  const double support = kernel.support_m();
+  const auto distance = [&](int32_t site) { return place_m - (site + 0.5) * spacing_m; };
+  auto site = static_cast<int32_t>(std::floor((place_m - support) / spacing_m - 0.5));
+  while (!(distance(site) < support)) ++site;
+  reach.first = site;
+  reach.count = 0;
+  while (reach.count < AxisReach::kMaxSites && distance(site + reach.count) > -support) ++reach.count;
+}
+
 }  // namespace
 
 AxisWindow AxisReaches::of(double coordinate)
@@ -121,16 +145,27 @@ AxisWindow AxisReaches::of(double coordinate)
   if (entry.place != place)
   {
     entry.place = place;
-    compute(kernel_, spacing_m_, static_cast<double>(place) * 0x1p-24, entry.reach);
+    entry.reach = {};
+    findSites(kernel_, spacing_m_, inMetres(place), entry.reach);
+    findFactors(kernel_, spacing_m_, inMetres(place), entry.reach);
   }
   return {site + entry.reach.first, &entry.reach};
 }
 
-int32_t AxisReaches::find(const CompactKernel& kernel, double spacing_m, double coordinate, AxisReach& reach)
+int32_t AxisReaches::findRange(const CompactKernel& kernel, double spacing_m, double coordinate,
+                               AxisReach& reach, double& place_m)
 {
   const int32_t site = siteOf(coordinate, spacing_m);
-  compute(kernel, spacing_m, static_cast<double>(placeIn(site, spacing_m, coordinate)) * 0x1p-24, reach);
+  place_m = inMetres(placeIn(site, spacing_m, coordinate));
+  findSites(kernel, spacing_m, place_m, reach);
   return site;
+}
+
+void AxisReaches::findFactors(const CompactKernel& kernel, double spacing_m, double place_m, AxisReach& reach)
+{
+  for (int32_t i = 0; i < reach.count; ++i)
+    reach.factors[static_cast<size_t>(i)] = kernel.alongAxis(place_m - (reach.first + i + 0.5) * spacing_m);
+  reach.largest = *std::max_element(reach.factors.begin(), reach.factors.end());
 }
 
 AxisWindow AxisReaches::flat()
@@ -144,19 +179,6 @@ AxisWindow AxisReaches::flat()
     return reach;
   }();
   return {0, &kFlat};
-}
-
-void AxisReaches::compute(const CompactKernel& kernel, double spacing_m, double place_m, AxisReach& reach)
-{
-  const double support = kernel.support_m();
-  const auto distance = [&](int32_t site) { return place_m - (site + 0.5) * spacing_m; };
-  auto site = static_cast<int32_t>(std::floor((place_m - support) / spacing_m - 0.5));
-  while (!(distance(site) < support)) ++site;
-  reach = {};
-  reach.first = site;
-  for (; reach.count < AxisReach::kMaxSites && distance(site) > -support; ++site)
-    reach.factors[static_cast<size_t>(reach.count++)] = kernel.alongAxis(distance(site));
-  reach.largest = *std::max_element(reach.factors.begin(), reach.factors.end());
 }
 
 }  // namespace lamap

@@ -26,6 +26,9 @@ struct GaussianBlur
   [[nodiscard]] double squaredDistance(const Eigen::Vector3d& d) const;
 };
 
+/// A covariance without its height, for planar maps.
+[[nodiscard]] Eigen::Matrix3d inPlane(const Eigen::Matrix3d& covariance);
+
 /** The radial basis function cut off: k(d) = max(0, exp(−γ d²) − cutoff), exactly 0 at and beyond the support
  * sqrt(ln(1/cutoff)/γ).
  *
@@ -111,9 +114,13 @@ class AxisReaches
 
   /// @param coordinate [m] from the corner of site 0, below 1e6. Valid until the next call.
   [[nodiscard]] AxisWindow of(double coordinate);
-  /** The same without a memory, for any thread.
-   *  @param reach is filled; @return the site that holds the coordinate */
-  static int32_t find(const CompactKernel& kernel, double spacing_m, double coordinate, AxisReach& reach);
+  /** The same without a memory, for any thread, in two steps: first which sites are reached,
+   *  @param reach receives first and count; @param place_m receives where in its site the coordinate is
+   *  @return the site that holds the coordinate */
+  static int32_t findRange(const CompactKernel& kernel, double spacing_m, double coordinate, AxisReach& reach,
+                           double& place_m);
+  /// then the factors of these.
+  static void findFactors(const CompactKernel& kernel, double spacing_m, double place_m, AxisReach& reach);
   /// The one site along an axis that a planar map has not.
   [[nodiscard]] static AxisWindow flat();
 
@@ -129,9 +136,6 @@ class AxisReaches
     int64_t place = INT64_MIN;  ///< in the site [2^-24 m]
     AxisReach reach;
   };
-  /// @param place_m in the site
-  static void compute(const CompactKernel& kernel, double spacing_m, double place_m, AxisReach& reach);
-
   static constexpr size_t kRemembered = 256;
   CompactKernel kernel_;
   double spacing_m_;

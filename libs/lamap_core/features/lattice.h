@@ -85,38 +85,14 @@ template <typename Weight>
 class HilbertLattice : public SiteWeights
 {
  public:
-  struct Block
+  struct Block : public SiteBits
   {
-    SiteSet::Bits bits{};
-    std::vector<Weight> weights;                    ///< of the sites whose bit is set, in the order of bits
-    std::array<uint16_t, kScanBlockEdge> before{};  ///< how many weights there are before each word's
+    std::vector<Weight> weights;  ///< of the sites whose bit is set, in the order of bits
 
-    /// Place in `weights` of the site at an offset, which must be there.
-    [[nodiscard]] size_t placeOf(uint32_t offset) const
-    {
-      return before[offset / 64] + countOf(bits[offset / 64] & ((uint64_t{1} << (offset % 64)) - 1));
-    }
-    void countBefore()
-    {
-      size_t count = 0;
-      for (size_t word = 0; word < bits.size(); ++word)
-      {
-        before[word] = static_cast<uint16_t>(count);
-        count += countOf(bits[word]);
-      }
-    }
-    [[nodiscard]] bool has(uint32_t offset) const { return (bits[offset / 64] >> (offset % 64) & 1) != 0; }
+    [[nodiscard]] float meanAt(size_t place) const { return meanOf(weights[place]); }
     friend bool operator==(const Block& a, const Block& b)
     {
       return a.bits == b.bits && a.weights == b.weights;
-    }
-    [[nodiscard]] static size_t countOf(uint64_t word)
-    {
-      // Without an instruction for it the compiler calls a function: eight bits at a time are faster.
-      word -= word >> 1 & 0x5555555555555555;
-      word = (word & 0x3333333333333333) + (word >> 2 & 0x3333333333333333);
-      word = (word + (word >> 4)) & 0x0F0F0F0F0F0F0F0F;
-      return static_cast<size_t>(word * 0x0101010101010101 >> 56);
     }
   };
 
@@ -201,7 +177,7 @@ void HilbertLattice<Weight>::addSites(const BlockIndex& index, const SiteSet::Bi
   bool any = false;
   for (size_t word = 0; word < bits.size(); ++word)
   {
-    count += Block::countOf(bits[word] | block.bits[word]);
+    count += SiteBits::countOf(bits[word] | block.bits[word]);
     any = any || (bits[word] & ~block.bits[word]) != 0;
   }
   if (!any) return;
@@ -236,7 +212,7 @@ void HilbertLattice<Weight>::copyInto(const CellIndex& first, const CellIndex& l
       const uint64_t word = block.bits[static_cast<size_t>(z)];
       if (corner.z + z < first.z || corner.z + z > last.z)
       {
-        place += Block::countOf(word);
+        place += SiteBits::countOf(word);
         continue;
       }
       for (uint64_t rest = word; rest != 0; rest &= rest - 1, ++place)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <lamap_core/features/logodds.h>
 #include <lamap_core/features/nystroem_rows.h>
 #include <lamap_core/features/rows.h>
 #include <lamap_core/training/hilbert_training.h>
@@ -12,19 +13,6 @@
 
 namespace lamap
 {
-/// Points at regular distances along the axes, e.g. centres of cells: first + step·(i, j, k).
-struct RegularPoints
-{
-  Eigen::Vector3d first;  ///< [m]
-  double step_m = 0;
-  std::array<int, 3> counts{};
-
-  [[nodiscard]] size_t size() const
-  {
-    return static_cast<size_t>(counts[0]) * static_cast<size_t>(counts[1]) * static_cast<size_t>(counts[2]);
-  }
-};
-
 /** Nyström features of the radial basis function kernel (thesis 2.4.2): φ(x) = L⁻¹ (k(x, x̂₁), …, k(x, x̂ₘ))
  * with L·Lᵀ = K + jitter·I and K the kernel matrix of the inducing points x̂. L⁻¹ is D^(−1/2)Vᵀ of eq. 2.33
  * but for a rotation, so φ(x)ᵀφ(x') is the same; the jitter stands for eigenvalues that are zero but for

@@ -62,6 +62,53 @@ class SiteSet
   std::vector<Bits> bits_;
 };
 
+/// Which sites of a block of 8³ there are, and the place of each among them.
+struct SiteBits
+{
+  SiteSet::Bits bits{};
+  std::array<uint16_t, kScanBlockEdge> before{};  ///< how many sites there are before each word's
+
+  [[nodiscard]] bool has(uint32_t offset) const { return (bits[offset / 64] >> (offset % 64) & 1) != 0; }
+  /// The bits of the eight sites along x from an offset on.
+  [[nodiscard]] uint64_t rowAt(uint32_t offset) const { return bits[offset / 64] >> (offset % 64) & 0xFF; }
+  /// Place of the site at an offset, which must be there. Only after countBefore().
+  [[nodiscard]] size_t placeOf(uint32_t offset) const
+  {
+    return before[offset / 64] + countOf(bits[offset / 64] & ((uint64_t{1} << (offset % 64)) - 1));
+  }
+  void countBefore()
+  {
+    size_t count = 0;
+    for (size_t word = 0; word < bits.size(); ++word)
+    {
+      before[word] = static_cast<uint16_t>(count);
+      count += countOf(bits[word]);
+    }
+  }
+  /// How many bits are set.
+  [[nodiscard]] static size_t countOf(uint64_t word)
+  {
+    // Without an instruction for it the compiler calls a function: eight bits at a time are faster.
+    word -= word >> 1 & 0x5555555555555555;
+    word = (word & 0x3333333333333333) + (word >> 2 & 0x3333333333333333);
+    word = (word + (word >> 4)) & 0x0F0F0F0F0F0F0F0F;
+    return static_cast<size_t>(word * 0x0101010101010101 >> 56);
+  }
+
+  /// Calls visit(site) for the sites of a block, in the order of bits.
+  template <typename Visit>
+  static void forEach(const SiteSet::Bits& bits, const BlockIndex& block, Visit&& visit)
+  {
+    for (int z = 0; z < kScanBlockEdge; ++z)
+      for (uint64_t rest = bits[static_cast<size_t>(z)]; rest != 0; rest &= rest - 1)
+      {
+        const int bit = __builtin_ctzll(rest);
+        visit(CellIndex{block.x * kScanBlockEdge + bit % kScanBlockEdge,
+                        block.y * kScanBlockEdge + bit / kScanBlockEdge, block.z * kScanBlockEdge + z});
+      }
+  }
+};
+
 /** Numbers for the sites of a set, by z, then y, then x, such that any `width` neighbours along x have
  * neighbouring numbers, of which those between are no site's: vectors of weights can be read `width` at a
  * time. */

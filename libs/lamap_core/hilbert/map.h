@@ -1,10 +1,10 @@
 #pragma once
 
 #include <lamap_core/features/lattice.h>
-#include <lamap_core/features/nystroem.h>
-#include <lamap_core/features/query.h>
+#include <lamap_core/features/logodds.h>
 #include <lamap_core/grid/cell.h>
 #include <lamap_core/hilbert/options.h>
+#include <lamap_core/hilbert/state.h>
 #include <lamap_core/scan/ray_selection.h>
 #include <lamap_core/scan/scan.h>
 
@@ -17,38 +17,8 @@
 
 namespace lamap
 {
-/// All that a HilbertMap has learned, in vectors that are sorted where they have an order: for files.
-struct HilbertState
-{
-  struct Block
-  {
-    BlockIndex index;
-    SiteSet::Bits bits{};                ///< which sites of the block there are
-    std::vector<SitePosterior> weights;  ///< of those sites, in the order of bits
-  };
-  /// Weights of the hits and of the free points at a cell's centre.
-  struct CellPoints
-  {
-    CellIndex cell;
-    float hits = 0;
-    float frees = 0;
-  };
-  /// A training point that stands by itself, [m] in the map.
-  struct Point
-  {
-    Eigen::Vector3d place = Eigen::Vector3d::Zero();
-    float label = 0;
-    float weight = 1;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  };
-
-  std::vector<Block> blocks;              ///< by z, y, x; weights are 0 where features are Nyström's
-  uint64_t sgdSteps = 0;                  ///< done so far
-  std::vector<Eigen::Vector3d> inducing;  ///< of Nyström's features [m]
-  std::vector<float> classifier;          ///< their weights, then the bias
-  std::vector<CellPoints> cells;          ///< `Batch`: by z, y, x
-  std::vector<Point> points;              ///< `Batch`: in the order they came
-};
+class MapModel;
+struct PointAtSite;
 
 /** A Hilbert map with one model (thesis 2.4): logistic regression on features of place, P = 1/(1 + e^−f).
  *
@@ -140,39 +110,15 @@ class HilbertMap
   [[nodiscard]] const HilbertLattice<SitePosterior>& lattice() const;
 
  private:
-  struct Model;
-  struct Workspace;
+  /// The model and, for `Batch`, what it is trained on.
+  struct Learned;
 
-  void learnOnLattice(const HilbertTrainingSet& set, const HilbertFrame& frame,
-                      const HilbertInference& inference, unsigned threads, Workspace& work) const;
-  void learnOnNystroem(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
-                       unsigned threads, Workspace& work) const;
-  void keepPoints(const HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
-                  unsigned threads);
-  [[nodiscard]] HilbertTrainingSet keptPoints(HilbertFrame& frame) const;
-  [[nodiscard]] std::vector<HilbertState::CellPoints> sortedCells() const;
-  void trainBatch(unsigned threads) const;
-  void addSites(const SiteSet& sites, const HilbertFrame& frame, const SitePosterior& weight) const;
-  void restoreLattice(const HilbertState& state, HilbertLattice<SitePosterior>& lattice) const;
-
-  [[nodiscard]] const Model& trained() const;
-  /// The site that holds a point, and the point's place in it [m].
-  [[nodiscard]] std::optional<std::pair<CellIndex, Eigen::Vector3d>> placeOf(
-      const Eigen::Vector3d& point_map) const;
-  [[nodiscard]] ReachedLogodds answerAt(const CellIndex& anchorSite, const Eigen::Vector3d& place) const;
-  [[nodiscard]] Eigen::Vector3d nystroemPlace(const CellIndex& anchorSite,
-                                              const Eigen::Vector3d& place) const;
-  [[nodiscard]] bool nystroemReaches(const CellIndex& site) const;
-  [[nodiscard]] int reachOfSites() const;
-  /// All cells that sites in a box may reach.
-  [[nodiscard]] std::pair<CellIndex, CellIndex> cellsNear(const CellIndex& low, const CellIndex& high) const;
-  /// Blocks of 8³ cells (8² in a planar map) in which there may be evidence, sorted.
-  [[nodiscard]] std::vector<BlockIndex> cellBlocks() const;
+  [[nodiscard]] const MapModel& trained() const;
+  [[nodiscard]] std::optional<PointAtSite> placeOf(const Eigen::Vector3d& point_map) const;
 
   HilbertStructure structure_;
-  CompactKernel kernel_;
-  std::unique_ptr<Model> model_;
-  std::unique_ptr<Workspace> workspace_;  ///< of insert(), kept between scans
+  std::unique_ptr<Learned> learned_;
+  std::unique_ptr<HilbertSampler> sampler_;  ///< made by the first insert()
 };
 
 }  // namespace lamap

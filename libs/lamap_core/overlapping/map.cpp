@@ -174,8 +174,7 @@ CellSums OverlappingHilbertMap::sumsAt(const Eigen::Vector3d& point_m, const Cel
                        if (!local) return;
                        Eigen::Vector3d p = pose.toModel(*local * structure().resolution);
                        if (structure().planar) p.z() = shape_.flatHeight();
-                       sum = addSums(written_.kind(), sum,
-                                     model->evidenceAt(shape_, p, models.firstWeightsOf(number)));
+                       sum = addSums(written_.kind(), sum, model->evidenceAt(shape_, p));
                      });
   return sum;
 }

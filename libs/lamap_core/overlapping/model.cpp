@@ -1,7 +1,5 @@
 #include <lamap_core/overlapping/model.h>
 
-#include <lamap_core/features/compact_kernel.h>
-#include <lamap_core/features/lattice.h>
 #include <lamap_core/grid/cell_sums.h>
 #include <lamap_core/math/portable_math.h>
 #include <lamap_core/scan/scan_frame.h>
@@ -61,133 +59,9 @@ double rounded(double length_m)
   return std::floor(length_m * 0x1p24 + 0.5) * 0x1p-24;
 }
 
-/// The sites of one axis that a coordinate reaches, and the kernel's factors of these.
-class Factors
-{
- public:
-  Factors(double coordinate, const ModelShape& shape)
-      : first(static_cast<int32_t>(std::ceil((coordinate - shape.support_m) / shape.spacing_m - 0.5))),
-        coordinate_(coordinate)
-  {
-    const auto end = static_cast<int32_t>(std::floor((coordinate + shape.support_m) / shape.spacing_m - 0.5));
-    last = std::min(end, first + static_cast<int32_t>(values_.size()) - 1);
-  }
-
-  int32_t first;
-  int32_t last;
-
-  /// Most questions meet no site: the factors are found where one does.
-  void find(const ModelShape& shape)
-  {
-    for (int32_t site = first; site <= last; ++site)
-    {
-      const double d = coordinate_ - (site + 0.5) * shape.spacing_m;
-      values_[static_cast<size_t>(site - first)] = portableExp(-shape.gamma * d * d);
-    }
-  }
-  [[nodiscard]] double at(int32_t site) const { return values_[static_cast<size_t>(site - first)]; }
-
-  /// Which of the eight sites from `begin` on are reached, a bit each.
-  [[nodiscard]] uint64_t bitsFrom(int32_t begin) const
-  {
-    const int32_t low = std::max(first - begin, 0);
-    const int32_t high = std::min(last - begin, kScanBlockEdge - 1);
-    return low > high ? 0 : (uint64_t{2} << high) - (uint64_t{1} << low);
-  }
-
- private:
-  double coordinate_;
-  std::array<double, AxisReach::kMaxSites + 2> values_;
-};
-
-size_t countOf(uint64_t word)
-{
-  return HilbertLattice<float>::Block::countOf(word);
-}
-
-/// Sum over the sites of a model that a point reaches.
-class SiteSum
-{
- public:
-  SiteSum(const HilbertModel& model, const ModelShape& shape, const Eigen::Vector3d& p,
-          const std::vector<uint32_t>& firstWeights)
-      : model_(model),
-        shape_(shape),
-        firstWeights_(firstWeights),
-        x_(p.x(), shape),
-        y_(p.y(), shape),
-        z_(p.z(), shape)
-  {
-  }
-
-  std::optional<float> logodds()
-  {
-    const BlockIndex low = SiteSet::blockOf({x_.first, y_.first, z_.first});
-    const BlockIndex high = SiteSet::blockOf({x_.last, y_.last, z_.last});
-    size_t begin = 0;
-    for (int32_t z = low.z; z <= high.z; ++z)
-      for (int32_t y = low.y; y <= high.y; ++y)
-        for (int32_t x = low.x; x <= high.x; ++x) addBlock({x, y, z}, begin);
-    if (!reached_) return std::nullopt;
-    return static_cast<float>(sum_);
-  }
-
- private:
-  /// @param begin where the search starts; blocks are asked for in their order
-  void addBlock(const BlockIndex& index, size_t& begin)
-  {
-    const auto& blocks = model_.siteBlocks;
-    const auto found = std::lower_bound(blocks.begin() + static_cast<long>(begin), blocks.end(), index);
-    begin = static_cast<size_t>(found - blocks.begin());
-    if (found == blocks.end() || !(*found == index)) return;
-    const CellIndex corner{index.x * kScanBlockEdge, index.y * kScanBlockEdge, index.z * kScanBlockEdge};
-    uint64_t reached = 0;
-    for (uint64_t rows = y_.bitsFrom(corner.y); rows != 0; rows &= rows - 1)
-      reached |= x_.bitsFrom(corner.x) << kScanBlockEdge * __builtin_ctzll(rows);
-    const uint64_t layers = z_.bitsFrom(corner.z);
-    size_t next = firstWeights_[begin];
-    for (int32_t k = 0; k < kScanBlockEdge; ++k)
-    {
-      const uint64_t word = model_.siteBits[begin][static_cast<size_t>(k)];
-      if ((layers >> k & 1) != 0 && (word & reached) != 0)
-        addLayer({corner.x, corner.y, corner.z + k}, word, reached, next);
-      next += countOf(word);
-    }
-  }
-
-  /// @param corner of the layer; @param first number of its first weight
-  void addLayer(const CellIndex& corner, uint64_t word, uint64_t reached, size_t first)
-  {
-    if (!found_)
-      for (Factors* factors : {&x_, &y_, &z_}) factors->find(shape_);
-    found_ = true;
-    for (uint64_t rest = word & reached; rest != 0; rest &= rest - 1)
-    {
-      const int bit = __builtin_ctzll(rest);
-      const double yz = y_.at(corner.y + bit / kScanBlockEdge) * z_.at(corner.z);
-      const double kernel = x_.at(corner.x + bit % kScanBlockEdge) * yz - shape_.cutoff;
-      if (!(kernel > 0)) continue;
-      reached_ = true;
-      const size_t number = first + countOf(word & ((uint64_t{1} << bit) - 1));
-      sum_ += kernel * static_cast<double>(model_.siteWeights[number]);
-    }
-  }
-
-  const HilbertModel& model_;
-  const ModelShape& shape_;
-  const std::vector<uint32_t>& firstWeights_;
-  Factors x_;
-  Factors y_;
-  Factors z_;
-  bool found_ = false;  ///< the factors
-  double sum_ = 0;
-  bool reached_ = false;
-};
-
 auto fieldsOf(const HilbertModel& m)
 {
-  return std::tie(m.siteBlocks, m.siteBits, m.siteWeights, m.inducing, m.kernelWeights, m.bias, m.boxLow,
-                  m.boxHigh, m.fieldWeight, m.scans);
+  return std::tie(m.sites, m.inducing, m.kernelWeights, m.bias, m.boxLow, m.boxHigh, m.fieldWeight, m.scans);
 }
 
 }  // namespace
@@ -227,6 +101,7 @@ ModelShape::ModelShape(const OverlappingStructure& structure)
       spacing_m(structure.latticeSpacing),
       resolution_m(structure.resolution),
       planar(structure.planar),
+      sum(compact() ? std::make_optional<CompactSum>(structure.kernel(), spacing_m, planar) : std::nullopt),
       speaksOutOfField(structure.outOfFieldLimit > 0)
 {
 }
@@ -238,23 +113,13 @@ std::array<bool, 4> HilbertModel::inField(const std::array<Eigen::Vector3d, 4>& 
   return contained;
 }
 
-std::vector<uint32_t> HilbertModel::firstWeights() const
+std::optional<float> HilbertModel::logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p) const
 {
-  std::vector<uint32_t> first;
-  first.reserve(siteBits.size());
-  size_t weights = 0;
-  for (const SiteSet::Bits& bits : siteBits)
+  if (shape.compact())
   {
-    first.push_back(static_cast<uint32_t>(weights));
-    for (const uint64_t word : bits) weights += countOf(word);
+    const ReachedLogodds answer = shape.sum->at(sites, {}, p);
+    return answer.reached ? std::optional<float>(answer.logodds) : std::nullopt;
   }
-  return first;
-}
-
-std::optional<float> HilbertModel::logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p,
-                                             const std::vector<uint32_t>& first) const
-{
-  if (shape.compact()) return SiteSum(*this, shape, p, first).logodds();
   double sum = bias;
   for (size_t k = 0; k < inducing.size(); ++k)
     sum +=
@@ -278,19 +143,16 @@ CellSums HilbertModel::evidenceOf(const ModelShape& shape, float logodds, bool i
   return sums.coded();
 }
 
-CellSums HilbertModel::evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p,
-                                  const std::vector<uint32_t>& first) const
+CellSums HilbertModel::evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p) const
 {
   if (!inBox(p, shape.planar)) return {};
-  const std::optional<float> logodds = logoddsAt(shape, p, first);
+  const std::optional<float> logodds = logoddsAt(shape, p);
   return logodds ? evidenceOf(shape, *logodds, inField({p, p, p, p})[0]) : CellSums{};
 }
 
 size_t HilbertModel::memoryBytes() const
 {
-  size_t bytes = sizeof(*this) + siteBlocks.capacity() * sizeof(BlockIndex) +
-                 siteBits.capacity() * sizeof(SiteSet::Bits) +
-                 (siteWeights.capacity() + kernelWeights.capacity()) * sizeof(float) +
+  size_t bytes = sizeof(*this) + sites.memoryBytes() + kernelWeights.capacity() * sizeof(float) +
                  inducing.capacity() * sizeof(Eigen::Vector3d);
   for (const DepthView& view : views) bytes += view.memoryBytes();
   return bytes;
@@ -304,23 +166,24 @@ void HilbertModel::check(const ModelShape& shape) const
   };
   const auto finite = [](const std::vector<float>& weights)
   { return std::all_of(weights.begin(), weights.end(), [](float w) { return std::isfinite(w); }); };
-  require(siteBits.size() == siteBlocks.size(), "its blocks of sites have not a mask each");
-  require(std::adjacent_find(siteBlocks.begin(), siteBlocks.end(),
+  require(sites.bits.size() == sites.blocks.size(), "not every block of its sites has a mask");
+  require(std::adjacent_find(sites.blocks.begin(), sites.blocks.end(),
                              [](const BlockIndex& a, const BlockIndex& b)
-                             { return !(a < b); }) == siteBlocks.end(),
+                             { return !(a < b); }) == sites.blocks.end(),
           "its blocks of sites are not sorted");
-  size_t sites = 0;
-  for (const SiteSet::Bits& bits : siteBits)
-    for (const uint64_t word : bits) sites += static_cast<size_t>(__builtin_popcountll(word));
-  require(siteWeights.size() == sites, "it has not a weight a site");
-  require(kernelWeights.size() == inducing.size(), "it has not a weight an inducing point");
-  require(finite(siteWeights) && finite(kernelWeights) && std::isfinite(bias), "a weight is not finite");
-  require(std::none_of(siteWeights.begin(), siteWeights.end(),
+  size_t count = 0;
+  for (const SiteSet::Bits& bits : sites.bits)
+    for (const uint64_t word : bits) count += SiteBits::countOf(word);
+  require(sites.weights.size() == count, "not every site has one weight");
+  require(sites.firstWeights.size() == sites.blocks.size(), "its sites are not numbered");
+  require(kernelWeights.size() == inducing.size(), "not every inducing point has one weight");
+  require(finite(sites.weights) && finite(kernelWeights) && std::isfinite(bias), "a weight is not finite");
+  require(std::none_of(sites.weights.begin(), sites.weights.end(),
                        [](float w) { return std::abs(w) < kSmallestWeight; }),
           "a site's weight is 0");
   require(std::all_of(inducing.begin(), inducing.end(), [](const auto& p) { return p.allFinite(); }),
           "an inducing point is not finite");
-  require(shape.compact() ? inducing.empty() && bias == 0 : siteBlocks.empty(),
+  require(shape.compact() ? inducing.empty() && bias == 0 : sites.blocks.empty(),
           "its features are not the map's");
   require(boxLow.allFinite() && boxHigh.allFinite() && (boxLow.array() <= boxHigh.array()).all(),
           "its box is none");

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <lamap_core/features/site_set.h>
+#include <lamap_core/features/compact_sum.h>
+#include <lamap_core/features/packed_sites.h>
 #include <lamap_core/grid/evidence_block.h>
 #include <lamap_core/overlapping/options.h>
 #include <lamap_core/scan/depth_view.h>
@@ -73,7 +74,8 @@ struct ModelShape
   double spacing_m;  ///< of the lattice
   double resolution_m;
   bool planar;
-  bool speaksOutOfField;  ///< does a model say anything outside of its field?
+  std::optional<CompactSum> sum;  ///< of compact features
+  bool speaksOutOfField;          ///< does a model say anything outside of its field?
 
   [[nodiscard]] bool compact() const { return features == HilbertFeatures::Compact; }
   /// Height of all positions in the models of a planar map [m].
@@ -86,10 +88,7 @@ struct ModelShape
  * Plain state; all positions in metres in the model's frame. */
 struct HilbertModel
 {
-  // Compact: sites of a lattice, in blocks of 8³ sorted by z, y, x; a weight for each bit in order, never 0.
-  std::vector<BlockIndex> siteBlocks;
-  std::vector<SiteSet::Bits> siteBits;
-  std::vector<float> siteWeights;
+  PackedSites sites;  ///< `Compact`: weights are never 0
   // Nyström: inducing points and their weights.
   std::vector<Eigen::Vector3d> inducing;
   std::vector<float> kernelWeights;
@@ -113,23 +112,19 @@ struct HilbertModel
   /// Which of four places are in the field of a view.
   [[nodiscard]] std::array<bool, 4> inField(const std::array<Eigen::Vector3d, 4>& places) const;
 
-  /// Of each block of sites, the number of its first weight: what a question needs, lest it count all sites.
-  [[nodiscard]] std::vector<uint32_t> firstWeights() const;
-  /// Log-odds at a point; nothing where no feature reaches it. @param first of firstWeights()
-  [[nodiscard]] std::optional<float> logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p,
-                                               const std::vector<uint32_t>& first) const;
+  /// Log-odds at a point; nothing where no feature reaches it.
+  [[nodiscard]] std::optional<float> logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p) const;
 
   /// Evidence from log-odds at a place in the box; none where the model does not speak.
   [[nodiscard]] CellSums evidenceOf(const ModelShape& shape, float logodds, bool inField) const;
-  /// What the model says of a point. @param first of firstWeights()
-  [[nodiscard]] CellSums evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p,
-                                    const std::vector<uint32_t>& first) const;
+  /// What the model says of a point.
+  [[nodiscard]] CellSums evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p) const;
 
   /// Calls visit(centre, weight) for each kernel.
   template <typename Visit>
   void forEachKernel(const ModelShape& shape, Visit&& visit) const;
 
-  [[nodiscard]] size_t kernelCount() const { return siteWeights.size() + kernelWeights.size(); }
+  [[nodiscard]] size_t kernelCount() const { return sites.weights.size() + kernelWeights.size(); }
   [[nodiscard]] size_t memoryBytes() const;
 
   /// @throws std::runtime_error if it is no model that training could have left, e.g. one from a file.
@@ -144,20 +139,13 @@ struct HilbertModel
 template <typename Visit>
 void HilbertModel::forEachKernel(const ModelShape& shape, Visit&& visit) const
 {
-  size_t number = 0;
-  for (size_t block = 0; block < siteBlocks.size(); ++block)
-  {
-    const BlockIndex& index = siteBlocks[block];
-    for (int z = 0; z < kScanBlockEdge; ++z)
-      for (uint64_t rest = siteBits[block][static_cast<size_t>(z)]; rest != 0; rest &= rest - 1)
+  sites.forEach(
+      [&](const CellIndex& site, float weight)
       {
-        const int bit = __builtin_ctzll(rest);
-        visit(Eigen::Vector3d((index.x * kScanBlockEdge + bit % kScanBlockEdge + 0.5) * shape.spacing_m,
-                              (index.y * kScanBlockEdge + bit / kScanBlockEdge + 0.5) * shape.spacing_m,
-                              (index.z * kScanBlockEdge + z + 0.5) * shape.spacing_m),
-              siteWeights[number++]);
-      }
-  }
+        visit(Eigen::Vector3d((site.x + 0.5) * shape.spacing_m, (site.y + 0.5) * shape.spacing_m,
+                              (site.z + 0.5) * shape.spacing_m),
+              weight);
+      });
   for (size_t k = 0; k < inducing.size(); ++k) visit(inducing[k], kernelWeights[k]);
 }
 

@@ -56,7 +56,6 @@ struct HilbertModelIndex::Tree
   Centres centres;
   double radius_m = 0;
   bool planar = false;
-  std::vector<std::vector<uint32_t>> firstWeights;  ///< of each model
   std::unique_ptr<KdTree> kdTree;
 };
 
@@ -74,7 +73,6 @@ HilbertModelIndex::HilbertModelIndex(const std::vector<PlacedModel>& models, con
     centre = pose.isometry(shape.resolution_m) * centre;
     if (shape.planar) centre.z() = 0;
     tree_->centres.points.push_back(centre);
-    tree_->firstWeights.push_back(model->firstWeights());
   }
   // Far from the map's origin, rounding may be as large as a millimetre.
   tree_->radius_m = radius_m * (1 + 1e-6) + 1e-3;
@@ -83,11 +81,6 @@ HilbertModelIndex::HilbertModelIndex(const std::vector<PlacedModel>& models, con
 }
 
 HilbertModelIndex::~HilbertModelIndex() = default;
-
-const std::vector<uint32_t>& HilbertModelIndex::firstWeightsOf(size_t model) const
-{
-  return tree_->firstWeights[model];
-}
 
 void HilbertModelIndex::forEachNear(const Eigen::Vector3d& point_map,
                                     const std::function<void(size_t)>& visit) const

@@ -27,8 +27,6 @@ class HilbertModelIndex
   /** Calls visit(number of a model) for all models whose box contains the point, and for others near it, in
    * unspecified order. Allocates nothing. */
   void forEachNear(const Eigen::Vector3d& point_map, const std::function<void(size_t)>& visit) const;
-  /// HilbertModel::firstWeights() of a model.
-  [[nodiscard]] const std::vector<uint32_t>& firstWeightsOf(size_t model) const;
 
  private:
   struct Tree;

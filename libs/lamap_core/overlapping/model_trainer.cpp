@@ -152,14 +152,9 @@ void setBox(const HilbertTrainingSet& set, double quantile, double resolution_m,
 Eigen::Matrix3d covarianceOf(const ModelScan& scan, const Eigen::Vector3d& point,
                              const Eigen::Vector3d& sensor, bool planar)
 {
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  if (scan.uncertainty) covariance = scan.uncertainty->of(point, sensor);
-  if (planar)
-  {
-    covariance.row(2).setZero();
-    covariance.col(2).setZero();
-  }
-  return covariance;
+  if (!scan.uncertainty) return Eigen::Matrix3d::Zero();
+  const Eigen::Matrix3d covariance = scan.uncertainty->of(point, sensor);
+  return planar ? inPlane(covariance) : covariance;
 }
 
 /// Rᵀ·M·R, in an order of operations that is always the same.
@@ -286,21 +281,12 @@ void HilbertModelTrainer::findWeights(FeatureRows& rows, const HilbertTrainingSe
                                       const OverlappingInference& inference, const Workers& workers)
 {
   weights_.assign(rows.weights(), 0.0f);
-  if (inference.solver == HilbertSolver::Lbfgs)
-  {
-    mean_.assign(rows.weights(), 0.0f);
-    precision_.assign(rows.weights(), 0.0f);
-    for (const uint32_t j : rows.used())
-      if (rows.bias() != j) precision_[j] = static_cast<float>(structure.priorPrecision);
-    const LogisticProblem problem{rows, set.labels, set.weights, mean_, precision_};
-    LbfgsOptions options;
-    options.iterations = inference.iterations;
-    lbfgs_.minimize(problem, options, weights_, workers);
-    return;
-  }
-  const SgdPenalty penalty = inference.solver == HilbertSolver::SgdL1 ? SgdPenalty::L1 : SgdPenalty::L2;
-  const SgdOptions options{inference, penalty, structure.seed};
-  trainSgd(rows, set.labels, set.weights, options, 0, weights_);
+  mean_.assign(rows.weights(), 0.0f);
+  precision_.assign(rows.weights(), 0.0f);
+  for (const uint32_t j : rows.used())
+    if (rows.bias() != j) precision_[j] = static_cast<float>(structure.priorPrecision);
+  const SolverSettings settings{inference.solver, inference.iterations, inference, structure.seed};
+  solver_.solve({rows, set.labels, set.weights, mean_, precision_}, settings, 0, weights_, workers);
 }
 
 void HilbertModelTrainer::trainCompact(const HilbertTrainingSet& set, const ModelShape& shape,
@@ -308,30 +294,26 @@ void HilbertModelTrainer::trainCompact(const HilbertTrainingSet& set, const Mode
                                        const OverlappingInference& inference, const Workers& workers,
                                        HilbertModel& model)
 {
-  const CompactKernel kernel(shape.gamma, shape.cutoff);
-  compact_.findSites(set, kernel, shape.spacing_m, shape.planar, {});
+  compact_.findSites(set, structure.kernel(), shape.spacing_m, shape.planar, {});
   compact_.build(set, workers);
   findWeights(compact_.rows(), set, structure, inference, workers);
 
   const SiteSet& sites = compact_.sites();
-  model.siteWeights.reserve(compact_.numbers().used().size());
+  model.sites.weights.reserve(compact_.numbers().used().size());
   for (const size_t number : sites.sortedBlocks())
   {
     const BlockIndex& block = sites.blocks()[number];
-    model.siteBlocks.push_back(block);
-    model.siteBits.push_back(sites.bits(number));
-    for (int z = 0; z < kScanBlockEdge; ++z)
-      for (uint64_t rest = sites.bits(number)[static_cast<size_t>(z)]; rest != 0; rest &= rest - 1)
-      {
-        const int bit = __builtin_ctzll(rest);
-        const int64_t weight = compact_.numbers().numberOf({block.x * kScanBlockEdge + bit % kScanBlockEdge,
-                                                            block.y * kScanBlockEdge + bit / kScanBlockEdge,
-                                                            block.z * kScanBlockEdge + z});
-        model.siteWeights.push_back(notZero(bounded(weights_[static_cast<size_t>(weight)])));
-      }
+    model.sites.blocks.push_back(block);
+    model.sites.bits.push_back(sites.bits(number));
+    SiteBits::forEach(
+        sites.bits(number), block,
+        [&](const CellIndex& site)
+        {
+          const int64_t weight = compact_.numbers().numberOf(site);
+          model.sites.weights.push_back(notZero(bounded(weights_[static_cast<size_t>(weight)])));
+        });
   }
-  model.siteBlocks.shrink_to_fit();
-  model.siteBits.shrink_to_fit();
+  model.sites.number();
 }
 
 void HilbertModelTrainer::trainNystroem(const HilbertTrainingSet& set, const OverlappingStructure& structure,

@@ -2,8 +2,7 @@
 
 #include <lamap_core/features/nystroem.h>
 #include <lamap_core/features/rows.h>
-#include <lamap_core/learning/lbfgs.h>
-#include <lamap_core/learning/sgd.h>
+#include <lamap_core/learning/solver.h>
 #include <lamap_core/math/workers.h>
 #include <lamap_core/overlapping/model.h>
 #include <lamap_core/scan/ray_selection.h>
@@ -67,7 +66,7 @@ class HilbertModelTrainer
   HilbertTrainingSet set_;
   CompactRows compact_;
   FeatureRows nystroemRows_;
-  Lbfgs lbfgs_;
+  Solver solver_;
   std::vector<float> weights_, mean_, precision_;
 };
 

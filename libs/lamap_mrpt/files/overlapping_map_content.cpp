@@ -55,9 +55,9 @@ DepthView readView(ByteReader& in)
 
 void writeModel(const HilbertModel& model, ByteWriter& out)
 {
-  writeAll(model.siteBlocks, out, [&](const BlockIndex& block) { writeIndex(block, out); });
-  writeAll(model.siteBits, out, [&](const SiteSet::Bits& bits) { out.numbers(bits.data(), bits.size()); });
-  out.vector(model.siteWeights);
+  writeAll(model.sites.blocks, out, [&](const BlockIndex& block) { writeIndex(block, out); });
+  writeAll(model.sites.bits, out, [&](const SiteSet::Bits& bits) { out.numbers(bits.data(), bits.size()); });
+  out.vector(model.sites.weights);
   writeAll(model.inducing, out, [&](const Eigen::Vector3d& place) { writeMatrix(place, out); });
   out.vector(model.kernelWeights);
   out.number(model.bias);
@@ -71,15 +71,16 @@ void writeModel(const HilbertModel& model, ByteWriter& out)
 std::shared_ptr<const HilbertModel> readModel(ByteReader& in)
 {
   auto model = std::make_shared<HilbertModel>();
-  readAll(model->siteBlocks, kIndexBytes, in, [&] { return readIndex<BlockIndex>(in); });
-  readAll(model->siteBits, sizeof(SiteSet::Bits), in,
+  readAll(model->sites.blocks, kIndexBytes, in, [&] { return readIndex<BlockIndex>(in); });
+  readAll(model->sites.bits, sizeof(SiteSet::Bits), in,
           [&]
           {
             SiteSet::Bits bits;
             in.numbers(bits.data(), bits.size());
             return bits;
           });
-  model->siteWeights = in.vector<float>();
+  model->sites.weights = in.vector<float>();
+  model->sites.number();
   readAll(model->inducing, kPlaceBytes, in, [&] { return readMatrix<Eigen::Vector3d>(in); });
   model->kernelWeights = in.vector<float>();
   model->bias = in.number<float>();

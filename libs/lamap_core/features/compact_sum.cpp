@@ -1,8 +1,7 @@
-#include <lamap_core/features/query.h>
+#include <lamap_core/features/compact_sum.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace lamap
 {
@@ -16,29 +15,41 @@ CellIndex plus(const CellIndex& a, const CellIndex& b)
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
 
-}  // namespace
-
-void SiteBox::reset(const CellIndex& first, const CellIndex& last)
+/// The sum at regular points, tile by tile.
+class RegularSum
 {
-  // Runs of a kernel's reach may be read beyond the last site of a row.
-  low = first;
-  counts = {last.x - first.x + 1, last.y - first.y + 1, last.z - first.z + 1};
-  stride = counts[0] + AxisReach::kMaxSites;
-  const size_t size =
-      static_cast<size_t>(stride) * static_cast<size_t>(counts[1]) * static_cast<size_t>(counts[2]);
-  weights.assign(size, 0.0f);
-  isSite.assign(size, 0);
-  rowHasSite.assign(static_cast<size_t>(counts[1]) * static_cast<size_t>(counts[2]), 0);
-  anySite = false;
-}
+ public:
+  RegularSum(const SiteWeights& weights, const CompactKernel& kernel, double spacing_m, bool planar)
+      : weights_(weights), kernel_(kernel), planar_(planar), reaches_(kernel, spacing_m)
+  {
+  }
+  void at(const CellIndex& anchorSite, const RegularPoints& points, std::vector<ReachedLogodds>& out);
 
-CompactQuery::CompactQuery(const SiteWeights& weights, const CompactKernel& kernel, double spacing_m,
-                           bool planar)
-    : weights_(weights), kernel_(kernel), spacing_m_(spacing_m), planar_(planar), reaches_(kernel, spacing_m)
-{
-}
+ private:
+  struct Row
+  {
+    float yz;      ///< factor of the kernel
+    size_t begin;  ///< of the row in the box
+  };
 
-void CompactQuery::windowsOf(const Eigen::Vector3d& first, double step, const std::array<int, 3>& counts)
+  void windowsOf(const Eigen::Vector3d& first, double step, const std::array<int, 3>& counts);
+  void listRows(const AxisWindow& y, const AxisWindow& z, float largestX);
+  [[nodiscard]] ReachedLogodds sumRows(const AxisWindow& x) const;
+  [[nodiscard]] bool reaches(const AxisWindow& x) const;
+  void tileAt(const CellIndex& anchorSite, const RegularPoints& points, const std::array<int, 3>& from,
+              const std::array<int, 3>& counts, std::vector<ReachedLogodds>& out);
+
+  const SiteWeights& weights_;
+  const CompactKernel& kernel_;
+  bool planar_;
+  AxisReaches reaches_;
+  SiteBox box_;
+  std::vector<Row> rows_;
+  std::array<std::vector<AxisWindow>, 3> windows_;
+  std::array<std::vector<AxisReach>, 3> held_;  ///< what windows_ point at
+};
+
+void RegularSum::windowsOf(const Eigen::Vector3d& first, double step, const std::array<int, 3>& counts)
 {
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -56,7 +67,7 @@ void CompactQuery::windowsOf(const Eigen::Vector3d& first, double step, const st
   }
 }
 
-void CompactQuery::listRows(const AxisWindow& y, const AxisWindow& z, float largestX)
+void RegularSum::listRows(const AxisWindow& y, const AxisWindow& z, float largestX)
 {
   rows_.clear();
   for (int32_t k = 0; k < z.count(); ++k)
@@ -67,7 +78,7 @@ void CompactQuery::listRows(const AxisWindow& y, const AxisWindow& z, float larg
     }
 }
 
-ReachedLogodds CompactQuery::sumRows(const AxisWindow& x) const
+ReachedLogodds RegularSum::sumRows(const AxisWindow& x) const
 {
   const Four cutoff = Four::Constant(kernel_.cutoffF());
   const Four zero = Four::Zero();
@@ -89,7 +100,7 @@ ReachedLogodds CompactQuery::sumRows(const AxisWindow& x) const
   return result;
 }
 
-bool CompactQuery::reaches(const AxisWindow& x) const
+bool RegularSum::reaches(const AxisWindow& x) const
 {
   const uint8_t* isSite = box_.isSite.data() + (x.first - box_.low.x);
   return std::any_of(
@@ -103,9 +114,9 @@ bool CompactQuery::reaches(const AxisWindow& x) const
       });
 }
 
-void CompactQuery::tileAt(const CellIndex& anchorSite, const RegularPoints& points,
-                          const std::array<int, 3>& from, const std::array<int, 3>& counts,
-                          std::vector<ReachedLogodds>& out)
+void RegularSum::tileAt(const CellIndex& anchorSite, const RegularPoints& points,
+                        const std::array<int, 3>& from, const std::array<int, 3>& counts,
+                        std::vector<ReachedLogodds>& out)
 {
   windowsOf(points.first + points.step_m * Eigen::Vector3d(from[0], from[1], from[2]), points.step_m, counts);
   CellIndex low;
@@ -136,8 +147,8 @@ void CompactQuery::tileAt(const CellIndex& anchorSite, const RegularPoints& poin
     }
 }
 
-void CompactQuery::atRegular(const CellIndex& anchorSite, const RegularPoints& points,
-                             std::vector<ReachedLogodds>& out)
+void RegularSum::at(const CellIndex& anchorSite, const RegularPoints& points,
+                    std::vector<ReachedLogodds>& out)
 {
   out.assign(points.size(), {});
   // Where points are far apart, a tile of many would span a large box.
@@ -155,15 +166,30 @@ void CompactQuery::atRegular(const CellIndex& anchorSite, const RegularPoints& p
       }
 }
 
-ReachedLogodds CompactQuery::at(const CellIndex& anchorSite, const Eigen::Vector3d& point)
+}  // namespace
+
+void SiteBox::reset(const CellIndex& first, const CellIndex& last)
 {
-  std::vector<ReachedLogodds> out;
-  atRegular(anchorSite, {point, 1.0, {1, 1, 1}}, out);
-  return out.front();
+  // Runs of a kernel's reach may be read beyond the last site of a row.
+  low = first;
+  counts = {last.x - first.x + 1, last.y - first.y + 1, last.z - first.z + 1};
+  stride = counts[0] + AxisReach::kMaxSites;
+  const size_t size =
+      static_cast<size_t>(stride) * static_cast<size_t>(counts[1]) * static_cast<size_t>(counts[2]);
+  weights.assign(size, 0.0f);
+  isSite.assign(size, 0);
+  rowHasSite.assign(static_cast<size_t>(counts[1]) * static_cast<size_t>(counts[2]), 0);
+  anySite = false;
 }
 
-ReachedLogodds CompactQuery::at(const CellIndex& anchorSite, const Eigen::Vector3d& point,
-                                const Eigen::Matrix3d& covariance)
+CompactSum::CompactSum(const CompactKernel& kernel, double spacing_m, bool planar)
+    : kernel_(kernel), spacing_m_(spacing_m), planar_(planar)
+{
+  AxisReaches::requireReach(kernel, spacing_m);
+}
+
+ReachedLogodds CompactSum::at(const SiteWeights& sites, const CellIndex& anchorSite,
+                              const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance) const
 {
   const GaussianBlur blur(covariance, kernel_.gamma());
   const Eigen::Vector3d reach = kernel_.reach_m(blur);
@@ -179,66 +205,30 @@ ReachedLogodds CompactQuery::at(const CellIndex& anchorSite, const Eigen::Vector
   bounds(0, low.x, high.x);
   bounds(1, low.y, high.y);
   if (!planar_) bounds(2, low.z, high.z);
-  weights_.copyInto(plus(low, anchorSite), plus(high, anchorSite), box_);
-  box_.low = low;
+  SiteBox box;
+  sites.copyInto(plus(low, anchorSite), plus(high, anchorSite), box);
+  box.low = low;
   double sum = 0;
   for (int32_t z = low.z; z <= high.z; ++z)
     for (int32_t y = low.y; y <= high.y; ++y)
       for (int32_t x = low.x; x <= high.x; ++x)
       {
-        const size_t at = box_.rowOf(y, z) + static_cast<size_t>(x - low.x);
-        if (box_.isSite[at] == 0) continue;
+        const size_t at = box.rowOf(y, z) + static_cast<size_t>(x - low.x);
+        if (box.isSite[at] == 0) continue;
         Eigen::Vector3d difference = point - spacing_m_ * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
         if (planar_) difference.z() = 0;
         const float kernel = kernel_.at(difference, blur);
-        sum += static_cast<double>(kernel) * box_.weights[at];
+        sum += static_cast<double>(kernel) * box.weights[at];
         result.reached = result.reached || kernel > 0;
       }
   result.logodds = static_cast<float>(sum);
   return result;
 }
 
-void CompactQuery::atList(const CellIndex& anchorSite, const std::vector<Eigen::Vector3d>& points,
-                          std::vector<ReachedLogodds>& out)
+void CompactSum::atRegular(const SiteWeights& sites, const CellIndex& anchorSite, const RegularPoints& points,
+                           std::vector<ReachedLogodds>& out) const
 {
-  out.assign(points.size(), {});
-  // Points in one block of sites share a box of weights.
-  const auto blockOf = [&](const Eigen::Vector3d& point)
-  {
-    return SiteSet::blockOf({AxisReaches::siteOf(point.x(), spacing_m_),
-                             AxisReaches::siteOf(point.y(), spacing_m_),
-                             planar_ ? 0 : AxisReaches::siteOf(point.z(), spacing_m_)});
-  };
-  std::vector<BlockIndex> blocks(points.size());
-  std::vector<uint32_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0u);
-  for (size_t i = 0; i < points.size(); ++i) blocks[i] = blockOf(points[i]);
-  if (!std::is_sorted(blocks.begin(), blocks.end()))
-    std::sort(order.begin(), order.end(),
-              [&](uint32_t a, uint32_t b)
-              { return blocks[a] < blocks[b] || (blocks[a] == blocks[b] && a < b); });
-  const auto margin = static_cast<int32_t>(std::floor(kernel_.support_m() / spacing_m_ + 0.5)) + 1;
-  std::array<AxisReaches, 3> reaches{reaches_, reaches_, reaches_};
-  const BlockIndex* last = nullptr;
-  for (const uint32_t i : order)
-  {
-    if (last == nullptr || !(*last == blocks[i]))
-    {
-      last = &blocks[i];
-      const CellIndex corner{last->x * kScanBlockEdge, last->y * kScanBlockEdge, last->z * kScanBlockEdge};
-      const CellIndex low{corner.x - margin, corner.y - margin, planar_ ? 0 : corner.z - margin};
-      const int32_t reach = kScanBlockEdge - 1 + margin;
-      const CellIndex high{corner.x + reach, corner.y + reach, planar_ ? 0 : corner.z + reach};
-      weights_.copyInto(plus(low, anchorSite), plus(high, anchorSite), box_);
-      box_.low = low;
-    }
-    if (!box_.anySite) continue;
-    const AxisWindow x = reaches[0].of(points[i].x());
-    const AxisWindow y = reaches[1].of(points[i].y());
-    const AxisWindow z = planar_ ? AxisReaches::flat() : reaches[2].of(points[i].z());
-    listRows(y, z, 1.0f);
-    out[i] = sumRows(x);
-  }
+  RegularSum(sites, kernel_, spacing_m_, planar_).at(anchorSite, points, out);
 }
 
 }  // namespace lamap

@@ -1,6 +1,7 @@
-// Log-odds in blocks, in lists and at points, against the sum over all centres.
+// Log-odds at regular points and at single ones, against the sum over all centres.
 #include <gtest/gtest.h>
-#include <lamap_core/features/query.h>
+#include <lamap_core/features/compact_sum.h>
+#include <lamap_core/features/packed_sites.h>
 #include <support/hilbert_oracle.h>
 #include <support/seeded_scans.h>
 
@@ -42,6 +43,22 @@ struct Field
   }
 };
 
+const CompactSum kSum(CompactKernel(), kSpacing, false);
+
+PackedSites packed(const HilbertLattice<float>& lattice)
+{
+  PackedSites sites;
+  for (const BlockIndex& index : lattice.sortedBlocks())
+  {
+    const auto* block = lattice.find(index);
+    sites.blocks.push_back(index);
+    sites.bits.push_back(block->bits);
+    sites.weights.insert(sites.weights.end(), block->weights.begin(), block->weights.end());
+  }
+  sites.number();
+  return sites;
+}
+
 Field randomField(Random& random, const CellIndex& anchor, int count)
 {
   Field field;
@@ -80,7 +97,7 @@ TEST(HilbertLattice, HoldsWhatWasAdded)
   }
 }
 
-TEST(CompactQueryProperty, BlocksListsAndPointsEqualTheSumOverAllCentres)
+TEST(CompactSumProperty, RegularAndSinglePointsEqualTheSumOverAllCentres)
 {
   for (unsigned seed = 1; seed <= 12; ++seed)
   {
@@ -89,18 +106,16 @@ TEST(CompactQueryProperty, BlocksListsAndPointsEqualTheSumOverAllCentres)
     const CellIndex anchor{random.integer(-20, 20), random.integer(-20, 20), random.integer(-20, 20)};
     const Field field = randomField(random, anchor, random.pick<int>({1, 30, 900}));
     const Eigen::Vector3d origin = kSpacing * Eigen::Vector3d(anchor.x, anchor.y, anchor.z);
-    CompactQuery query(field.lattice, CompactKernel(), kSpacing, false);
+    const PackedSites sites = packed(field.lattice);
     RegularPoints points{random.inCube(1.5), random.pick<double>({0.1, 0.05, 0.37, 1.3}), {11, 9, 10}};
-    std::vector<ReachedLogodds> block, list;
-    query.atRegular(anchor, points, block);
+    std::vector<ReachedLogodds> block;
+    kSum.atRegular(field.lattice, anchor, points, block);
     std::vector<Eigen::Vector3d> asList;
     for (int z = 0; z < 10; ++z)
       for (int y = 0; y < 9; ++y)
         for (int x = 0; x < 11; ++x)
           asList.push_back(points.first + points.step_m * Eigen::Vector3d(x, y, z));
-    query.atList(anchor, asList, list);
     ASSERT_EQ(block.size(), asList.size());
-    ASSERT_EQ(list.size(), asList.size());
     size_t unreached = 0;
     for (size_t i = 0; i < asList.size(); ++i)
     {
@@ -114,53 +129,47 @@ TEST(CompactQueryProperty, BlocksListsAndPointsEqualTheSumOverAllCentres)
         ASSERT_EQ(block[i].logodds, 0.0f);
         ASSERT_NEAR(expected, 0.0, 1e-5);
       }
-      ASSERT_EQ(list[i].logodds, block[i].logodds) << i;
-      ASSERT_EQ(list[i].reached, block[i].reached) << i;
-      if (i % 7 != 0) continue;
-      const ReachedLogodds single = query.at(anchor, asList[i]);
-      ASSERT_EQ(single.logodds, block[i].logodds);
-      ASSERT_EQ(single.reached, block[i].reached);
-      const ReachedLogodds direct =
-          compactLogoddsAt(field.lattice, CompactKernel(), kSpacing, false, anchor, asList[i]);
-      ASSERT_EQ(direct.logodds, block[i].logodds);
-      ASSERT_EQ(direct.reached, block[i].reached);
+      for (const ReachedLogodds& single :
+           {kSum.at(field.lattice, anchor, asList[i]), kSum.at(sites, anchor, asList[i])})
+      {
+        ASSERT_EQ(single.logodds, block[i].logodds) << i;
+        ASSERT_EQ(single.reached, block[i].reached) << i;
+      }
     }
     EXPECT_GT(unreached, 0u);
   }
 }
 
-TEST(CompactQuery, WeightsThatAreAllZeroStillReach)
+TEST(CompactSum, WeightsThatAreAllZeroStillReach)
 {
   Field field;
   field.add({0, 0, 0}, 0.0f);
-  CompactQuery query(field.lattice, CompactKernel(), kSpacing, false);
-  EXPECT_TRUE(query.at({}, {0.1, 0.1, 0.1}).reached);
-  EXPECT_EQ(query.at({}, {0.1, 0.1, 0.1}).logodds, 0.0f);
-  EXPECT_FALSE(query.at({}, {0.7, 0.1, 0.1}).reached);
+  EXPECT_TRUE(kSum.at(field.lattice, {}, {0.1, 0.1, 0.1}).reached);
+  EXPECT_EQ(kSum.at(field.lattice, {}, {0.1, 0.1, 0.1}).logodds, 0.0f);
+  EXPECT_FALSE(kSum.at(field.lattice, {}, {0.7, 0.1, 0.1}).reached);
 }
 
-TEST(CompactQueryProperty, TheAnchorDoesNotMatter)
+TEST(CompactSumProperty, TheAnchorDoesNotMatter)
 {
   Random random(11);
   const Field field = randomField(random, {}, 600);
-  CompactQuery query(field.lattice, CompactKernel(), kSpacing, false);
   for (int i = 0; i < 300; ++i)
   {
     const Eigen::Vector3d point = random.inCube(2);
     const CellIndex by{random.integer(-40, 40), random.integer(-40, 40), random.integer(-40, 40)};
-    const ReachedLogodds here = query.at({}, point);
-    const ReachedLogodds there = query.at(by, point - kSpacing * Eigen::Vector3d(by.x, by.y, by.z));
+    const ReachedLogodds here = kSum.at(field.lattice, {}, point);
+    const ReachedLogodds there =
+        kSum.at(field.lattice, by, point - kSpacing * Eigen::Vector3d(by.x, by.y, by.z));
     ASSERT_EQ(here.logodds, there.logodds);
   }
 }
 
 // Expected log-odds at an uncertain point: Σ u·k̄ with the expected kernel, which is never more than its
 // cutoff below what drawing gives.
-TEST(CompactQuery, UncertainPointsHaveExpectedLogodds)
+TEST(CompactSum, UncertainPointsHaveExpectedLogodds)
 {
   Random random(12);
   Field field = randomField(random, {}, 500);
-  CompactQuery query(field.lattice, CompactKernel(), kSpacing, false);
   for (int trial = 0; trial < 20; ++trial)
   {
     const Eigen::Vector3d point = random.inCube(1.5);
@@ -175,29 +184,30 @@ TEST(CompactQuery, UncertainPointsHaveExpectedLogodds)
       expected += static_cast<double>(weight) *
                   std::max(0.0, blur.factor * std::exp(-14 * blur.squaredDistance(d)) - 0.03);
     }
-    EXPECT_NEAR(query.at({}, point, covariance).logodds, expected, 1e-4);
-    EXPECT_NEAR(query.at({}, point, Eigen::Matrix3d::Zero()).logodds, query.at({}, point).logodds, 1e-4);
+    EXPECT_NEAR(kSum.at(field.lattice, {}, point, covariance).logodds, expected, 1e-4);
+    EXPECT_NEAR(kSum.at(field.lattice, {}, point, Eigen::Matrix3d::Zero()).logodds,
+                kSum.at(field.lattice, {}, point).logodds, 1e-4);
   }
-  EXPECT_FALSE(query.at({}, {0, 0, 0}, Eigen::Matrix3d::Identity() * 50).reached);
+  EXPECT_FALSE(kSum.at(field.lattice, {}, {0, 0, 0}, Eigen::Matrix3d::Identity() * 50).reached);
 }
 
-TEST(CompactQuery, PlanarMapsLookAtOneLayerOfSites)
+TEST(CompactSum, PlanarMapsLookAtOneLayerOfSites)
 {
   Random random(13);
   Field field;
   for (int i = 0; i < 60; ++i)
     field.add({random.integer(-6, 6), random.integer(-6, 6), 0}, static_cast<float>(random.uniform(-2, 2)));
-  CompactQuery query(field.lattice, CompactKernel(), kSpacing, true);
+  const CompactSum sum(CompactKernel(), kSpacing, true);
   for (int i = 0; i < 200; ++i)
   {
     Eigen::Vector3d point = random.inCube(1.5);
-    const ReachedLogodds is = query.at({}, point);
+    const ReachedLogodds is = sum.at(field.lattice, {}, point);
     point.z() = 0.5 * kSpacing;
     bool reached = false;
     ASSERT_NEAR(is.logodds, field.sumAt(point, reached), 1e-4);
-    std::vector<ReachedLogodds> list;
-    query.atList({}, {point}, list);
-    ASSERT_EQ(list[0].logodds, is.logodds);
+    std::vector<ReachedLogodds> one;
+    sum.atRegular(field.lattice, {}, {point, 1.0, {1, 1, 1}}, one);
+    ASSERT_EQ(one[0].logodds, is.logodds);
   }
 }
 }  // namespace

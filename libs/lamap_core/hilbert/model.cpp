@@ -1,0 +1,68 @@
+#include <lamap_core/hilbert/model.h>
+
+#include <lamap_core/hilbert/compact_model.h>
+#include <lamap_core/hilbert/nystroem_model.h>
+
+#include <cmath>
+
+namespace lamap
+{
+std::unique_ptr<MapModel> MapModel::make(const HilbertStructure& structure)
+{
+  if (structure.features == HilbertFeatures::Compact) return std::make_unique<CompactMapModel>(structure);
+  return std::make_unique<NystroemMapModel>(structure);
+}
+
+void MapModel::addSites(const SiteSet& sites, const HilbertFrame& frame, const SitePosterior& weight)
+{
+  for (size_t i = 0; i < sites.blocks().size(); ++i)
+    lattice_.addSites(plusAnchor(sites.blocks()[i], frame.anchorSite), sites.bits(i), weight);
+}
+
+void MapModel::solve(const LogisticProblem& problem, const HilbertInference& inference,
+                     const Workers& workers, std::vector<float>& weights)
+{
+  const HilbertTraining training = structure_.training;
+  const SolverSettings settings{inference.solverFor(training),
+                                static_cast<int>(inference.iterationsFor(training)), inference,
+                                structure_.seed};
+  sgdSteps_ = work_->solver.solve(problem, settings, sgdSteps_, weights, workers);
+}
+
+void MapModel::save(HilbertState& state) const
+{
+  for (const BlockIndex& index : lattice_.sortedBlocks())
+  {
+    const auto* block = lattice_.find(index);
+    state.blocks.push_back({index, block->bits, block->weights});
+  }
+  state.sgdSteps = sgdSteps_;
+}
+
+void MapModel::restore(const HilbertState& state)
+{
+  constexpr int32_t kLastBlock = 1 << (30 - kScanBlockLog2Edge);
+  const auto fits = [](int32_t i) { return i >= -kLastBlock && i <= kLastBlock; };
+  lattice_.clear();
+  const BlockIndex* last = nullptr;
+  for (const HilbertState::Block& block : state.blocks)
+  {
+    const BlockIndex& index = block.index;
+    HilbertState::require(fits(index.x) && fits(index.y) && fits(index.z), "a block is out of range");
+    HilbertState::require(!structure_.planar || index.z == 0, "a block beside the plane");
+    HilbertState::require(last == nullptr || *last < index, "blocks are not in their order");
+    last = &block.index;
+    size_t count = 0;
+    for (const uint64_t word : block.bits) count += static_cast<size_t>(__builtin_popcountll(word));
+    HilbertState::require(count > 0 && count == block.weights.size(),
+                          "a block does not have one weight for each of its sites");
+    for (const SitePosterior& weight : block.weights)
+      HilbertState::require(
+          std::isfinite(weight.mean) && weight.precision >= 0 && std::isfinite(weight.precision),
+          "a weight is not finite, or its precision negative");
+    lattice_.put(index, {{block.bits, {}}, block.weights});
+  }
+  sgdSteps_ = state.sgdSteps;
+}
+
+}  // namespace lamap
