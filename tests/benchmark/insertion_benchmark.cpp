@@ -78,9 +78,10 @@ std::vector<OctomapScan> octomapScans(const ScanSeries& series)
     const lamap::Scan rays = lamap::raysOf(*scan.observation, scan.robotPose).value();
     for (const lamap::RayFan& fan : rays.fans)
     {
-      scans.push_back({{}, octomapPoint(fan.origin_map)});
-      for (const Eigen::Vector3d& point : fan.returns_map)
-        scans.back().points_map.push_back(octomapPoint(point));
+      scans.push_back({{}, octomapPoint(rays.inMap(fan.centre))});
+      for (const lamap::Ray& ray : fan.rays)
+        if (ray.meaning == lamap::RayEnd::Return)
+          scans.back().points_map.push_back(octomapPoint(rays.inMap(ray.end)));
     }
   }
   return scans;

@@ -132,17 +132,12 @@ struct ModelTask
   ModelTask(const Scan& scan, const OverlappingOptions& options)
   {
     const ModelShape shape(options.structure);
-    Eigen::Isometry3d sensor = Eigen::Isometry3d::Identity();
-    sensor.translation() = scan.fans.front().origin_map;
-    pose = ModelPose::of(sensor, kResolution_m, false);
-    RayCounts counts;
-    scans.push_back(toModelFrame(scan, options.inference, pose, shape, counts));
-    SelectedRays rays;
-    for (const ModelScan::Fan& fan : scans.front().fans) rays.fans.push_back(fan.rays);
-    rays.counts = counts;
-    HilbertSampler sampler;
-    set =
-        sampler.sample(rays, options.inference, HilbertFrame::ofModel(kResolution_m, shape.spacing_m, false));
+    const SelectedRays selected = selectRays(scan, options.inference.rangeLimits());
+    pose = modelFrameOf(selected.scan, shape).value();
+    scans.push_back(scanInModel(selected, nullptr, pose, shape));
+    const HilbertFrame frame = HilbertFrame::ofModel(kResolution_m, shape.spacing_m, false);
+    Sampler sampler;
+    set.append(sampler.sample(scans.front().rays, options.inference.rules(), frame.cells, {}, 1), frame);
   }
 };
 
@@ -207,12 +202,11 @@ std::vector<Scan> simulatedScans(const sim::World& world, size_t count)
   std::vector<Scan> scans;
   for (size_t i = 0; i < std::min(count, poses.size()); ++i)
   {
-    RayFan fan;
-    fan.origin_map = poses[i].position_map;
+    RayFan& fan = scans.emplace_back().fans.emplace_back();
+    fan.centre = poses[i].position_map;
     const Eigen::Matrix3d rotation = sim::rotationOf(poses[i]);
     for (const sim::BeamReading& reading : scanner.scan(poses[i], i))
-      fan.returns_map.emplace_back(fan.origin_map + rotation * reading.point_sensor);  // too far: no return
-    scans.push_back({{fan}});
+      fan.addReturn(fan.centre + rotation * reading.point_sensor);  // too far: no return
   }
   return scans;
 }
@@ -373,12 +367,11 @@ class Overlapping
       const double train_s = secondsOf(
           [&]
           {
-            RayCounts counts;
-            const ModelScan scan = toModelFrame(task.scans[i], options_.inference, pose, shape, counts);
+            const SelectedRays rays = selectRays(task.scans[i], options_.inference.rangeLimits());
+            const ModelScan scan = scanInModel(rays, nullptr, pose, shape);
             (void)trainer.train({scan}, options_.structure, options_.inference, Workers(1));
           });
-      const double all_s =
-          secondsOf([&] { map.insert(task.scans[i], options_.inference, std::nullopt, nullptr, 1); });
+      const double all_s = secondsOf([&] { map.insert(task.scans[i], options_.inference, nullptr, 1); });
       least_.resize(task.scans.size(), std::numeric_limits<double>::infinity());
       least_[i] = std::min(least_[i], all_s);
       entry_.times[i].train_s = std::min(entry_.times[i].train_s, train_s);

@@ -48,22 +48,22 @@ TEST(BgkMapProperty, UnusableRaysChangeNothing)
     {
       for (const Eigen::Vector3d& bad :
            {Eigen::Vector3d(kNan, 0, 0), Eigen::Vector3d(0, kInf, 0), Eigen::Vector3d(0, 0, -kInf),
-            Eigen::Vector3d(kNan, kNan, kInf), fan.origin_map})
+            Eigen::Vector3d(kNan, kNan, kInf), fan.centre})
       {
-        const auto at = static_cast<long>(random.integer(0, static_cast<int>(fan.returns_map.size())));
-        fan.returns_map.insert(fan.returns_map.begin() + at, bad);
+        const auto at = static_cast<long>(random.integer(0, static_cast<int>(fan.rays.size())));
+        fan.rays.insert(fan.rays.begin() + at, Ray{bad});
         ++added;
       }
       for (const Eigen::Vector3d& bad :
            {Eigen::Vector3d(kNan, 1, 0), Eigen::Vector3d(1, kInf, 0), Eigen::Vector3d(0, 0, 0)})
       {
-        fan.noReturnDirections_map.push_back(bad);
+        fan.add(RayEnd::NoReturn, bad);
         ++added;
       }
     }
-    spoilt.fans.push_back({{kNan, 0, 0}, {{1, 1, 1}}, {{1, 0, 0}}, 0, 0});
-    spoilt.fans.push_back({{0, kInf, 0}, {{1, 1, 1}}, {{1, 0, 0}}, 0, 0});
-    spoilt.fans.push_back({{0, 0, 0}, {}, {}, 0, 0});
+    spoilt.fans.push_back(fanOf({kNan, 0, 0}, {{1, 1, 1}}, {{1, 0, 0}}));
+    spoilt.fans.push_back(fanOf({0, kInf, 0}, {{1, 1, 1}}, {{1, 0, 0}}));
+    spoilt.fans.push_back(fanOf({0, 0, 0}, {}));
     added += 4;
     BgkMap a(structure), b(structure);
     const RayCounts goodCounts = a.insert(good, inference, 1), spoiltCounts = b.insert(spoilt, inference, 1);
@@ -86,9 +86,9 @@ TEST(BgkMap, StaysEmptyWithoutOneUsableRay)
       inference.trainingPoints = trainingPoints;
       BgkMap map;
       EXPECT_EQ(map.insert({}, inference).used(), 0u);
-      EXPECT_EQ(map.insert({{RayFan{}}}, inference).used(), 0u);
+      EXPECT_EQ(map.insert(scanWith({{}}), inference).used(), 0u);
       EXPECT_EQ(
-          map.insert({{RayFan{{1, 1, 1}, {{1, 1, 1}, {kNan, 1, 1}}, {{1, 0, 0}}, 0, 0}}}, inference).used(),
+          map.insert(scanWith({fanOf({1, 1, 1}, {{1, 1, 1}, {kNan, 1, 1}}, {{1, 0, 0}})}), inference).used(),
           0u);
       EXPECT_TRUE(map.empty());
       EXPECT_EQ(map.grid().blockCount(), 0u);
@@ -115,22 +115,21 @@ TEST(BgkMapProperty, CoordinatesOfEverySizeReachNoCellAsNonsense)
           inference.freeMargin = random.pick<double>({0.0, 0.1});
           SCOPED_TRACE("seed " + std::to_string(seed) + ": " + nameOf(inference));
           RayFan fan;
-          if (random.chance(0.5)) fan.origin_map = {random.pick(coordinates), random.pick(coordinates), 0.0};
+          if (random.chance(0.5)) fan.centre = {random.pick(coordinates), random.pick(coordinates), 0.0};
           for (int i = 0; i < 40; ++i)
           {
-            fan.returns_map.emplace_back(random.pick(coordinates), random.pick(coordinates),
-                                         random.pick(coordinates));
-            fan.noReturnDirections_map.emplace_back(random.pick(coordinates), random.pick(coordinates),
-                                                    random.pick(coordinates));
+            fan.addReturn({random.pick(coordinates), random.pick(coordinates), random.pick(coordinates)});
+            fan.add(RayEnd::NoReturn,
+                    {random.pick(coordinates), random.pick(coordinates), random.pick(coordinates)});
           }
           BgkMap map(structure);
-          const RayCounts counts = map.insert({{fan}}, inference, 1);
+          const RayCounts counts = map.insert(scanWith({fan}), inference, 1);
           EXPECT_EQ(counts.used() + counts.leftOut(), 80u);
           expectProbabilities(map);
           // Nothing is farther from the origin than the range and the support.
           for (const CellEvidence& cell : cellsOf(map.grid()))
           {
-            Eigen::Vector3d offset = cellCentre(cell.cell, structure.resolution) - fan.origin_map;
+            Eigen::Vector3d offset = cellCentre(cell.cell, structure.resolution) - fan.centre;
             if (planar) offset.z() = 0;
             ASSERT_LE(offset.norm(), 2.0 + 0.2 + 0.18 + 1e-6);
           }
@@ -146,10 +145,10 @@ TEST(BgkMap, LeavesOutWhatNoCellIndexReaches)
     inference.trainingPoints = trainingPoints;
     BgkMap map;
     RayCounts counts = map.insert(
-        {{RayFan{{0, 0, 0}, {{3e8, 0, 0}, {0, -1e15, 0}, {0, 0, 1e200}, {1, 0, 0}}, {}, 0, 0}}}, inference);
+        scanWith({fanOf({0, 0, 0}, {{3e8, 0, 0}, {0, -1e15, 0}, {0, 0, 1e200}, {1, 0, 0}})}), inference);
     EXPECT_EQ(counts.outside, 3u);
     EXPECT_EQ(counts.hits, 1u);
-    counts = map.insert({{RayFan{{3e8, 0, 0}, {{3e8, 1, 0}}, {}, 0, 0}}}, inference);
+    counts = map.insert(scanWith({fanOf({3e8, 0, 0}, {{3e8, 1, 0}})}), inference);
     EXPECT_EQ(counts.outside, 1u);
     for (const CellEvidence& cell : cellsOf(map.grid()))
     {
@@ -170,7 +169,7 @@ TEST(BgkMap, TakesRaysShorterThanACell)
         inference.trainingPoints = trainingPoints;
         BgkMap map;
         const RayCounts counts =
-            map.insert({{RayFan{{0.04, 0.04, 0.04}, {{0.04 + length, 0.04, 0.04}}, {}, 0, 0}}}, inference);
+            map.insert(scanWith({fanOf({0.04, 0.04, 0.04}, {{0.04 + length, 0.04, 0.04}})}), inference);
         EXPECT_EQ(counts.hits, 1u);
         EXPECT_GT(map.cell({0, 0, 0}, {})->prob, 0.9);
         EXPECT_EQ(map.grid().at({0, 0, 0}).second, 0u);  // all within the margin
@@ -191,12 +190,10 @@ TEST(BgkMap, TakesEndsWhoseMeanIsTheOrigin)
         inference.freeMargin = margin;
         inference.maxRange = 0.03125;
         BgkMap map;
-        const RayCounts counts = map.insert({{RayFan{{0.0625, 0.0625, 0.0625},
-                                                     {{0.03125, 0.0625, 0.0625}, {0.09375, 0.0625, 0.0625}},
-                                                     {{0, 1, 0}, {0, -1, 0}},
-                                                     0,
-                                                     0}}},
-                                            inference);
+        const RayCounts counts = map.insert(
+            scanWith({fanOf({0.0625, 0.0625, 0.0625}, {{0.03125, 0.0625, 0.0625}, {0.09375, 0.0625, 0.0625}},
+                            {{0, 1, 0}, {0, -1, 0}})}),
+            inference);
         EXPECT_EQ(counts.hits, 2u);
         EXPECT_EQ(counts.freeOnly, freeSpace == FreeSpace::None ? 0u : 2u);
         EXPECT_TRUE(map.cell({0, 0, 0}, {}).has_value());

@@ -24,15 +24,15 @@ std::vector<FreeLine> allowedSegments(const RayFan& fan, const BgkInference& inf
   const auto add = [&](const Eigen::Vector3d& ray, double length, double margin)
   {
     if (length - margin < 0) return;
-    segments.push_back({fan.origin_map, fan.origin_map + ray.normalized() * (length - margin)});
+    segments.push_back({fan.centre, fan.centre + ray.normalized() * (length - margin)});
   };
-  for (const Eigen::Vector3d& end : fan.returns_map)
+  for (const Eigen::Vector3d& end : endsOf(fan))
   {
-    const Eigen::Vector3d ray = end - fan.origin_map;
+    const Eigen::Vector3d ray = end - fan.centre;
     const bool cut = inference.maxRange > 0 && ray.norm() > inference.maxRange;
     add(ray, cut ? inference.maxRange : ray.norm(), cut ? 0 : *inference.freeMargin);
   }
-  for (const Eigen::Vector3d& direction : fan.noReturnDirections_map)
+  for (const Eigen::Vector3d& direction : endsOf(fan, RayEnd::NoReturn))
     if (inference.considerInvalidRangesAsFreeSpace && inference.maxRange > 0)
       add(direction, inference.maxRange, 0);
   return segments;
@@ -60,11 +60,11 @@ TEST(BgkMapProperty, NoFreeEvidenceBehindARaysEndOrWithinTheMargin)
           SCOPED_TRACE("seed " + std::to_string(seed) + ": " + nameOf(inference) + ", margin " +
                        std::to_string(margin));
           RayFan fan;
-          fan.origin_map = random.inCube(0.3);
-          for (int i = 0; i < 3; ++i) fan.returns_map.push_back(random.inCube(1.5));
-          fan.noReturnDirections_map.push_back(random.inCube(1));
+          fan.centre = random.inCube(0.3);
+          for (int i = 0; i < 3; ++i) fan.addReturn(random.inCube(1.5));
+          fan.add(RayEnd::NoReturn, random.inCube(1));
           BgkMap map;
-          map.insert({{fan}}, inference, 1);
+          map.insert(scanWith({fan}), inference, 1);
 
           const std::vector<FreeLine> segments = allowedSegments(fan, inference);
           // In `cells` samples are snapped; in lines they are where they are.
@@ -91,7 +91,7 @@ TEST(BgkMapProperty, NoFreeEvidenceBehindARaysEndOrWithinTheMargin)
 int farthestFree(const BgkInference& inference, const RayFan& fan)
 {
   BgkMap map;
-  map.insert({{fan}}, inference, 1);
+  map.insert(scanWith({fan}), inference, 1);
   int farthest = -1000;
   for (const CellEvidence& cell : cellsOf(map.grid()))
     if (cell.evidence.second > 0 && cell.cell.y == 0 && cell.cell.z == 0)
@@ -102,7 +102,7 @@ int farthestFree(const BgkInference& inference, const RayFan& fan)
 TEST(BgkMap, EndsFreeSpaceOneMarginBeforeTheHit)
 {
   // From the centre of cell 0 to the centre of cell 20; the support reaches only the training cell itself.
-  const RayFan fan{{0.05, 0.05, 0.05}, {{2.05, 0.05, 0.05}}, {}, 0, 0};
+  const RayFan fan = fanOf({0.05, 0.05, 0.05}, {{2.05, 0.05, 0.05}});
   for (const FreeSpace freeSpace : {FreeSpace::Samples, FreeSpace::Line})
     for (const TrainingPoints trainingPoints : kAllTrainingPoints)
     {
@@ -125,9 +125,9 @@ TEST(BgkMap, EndsFreeSpaceOneMarginBeforeTheHit)
 
 TEST(BgkMap, FreesUpToTheMaximumRangeWithoutAHit)
 {
-  const RayFan returned{{0.05, 0.05, 0.05}, {{5.05, 0.05, 0.05}}, {}, 0, 0};
-  const RayFan notReturned{{0.05, 0.05, 0.05}, {}, {{7, 0, 0}}, 0, 0};
-  const RayFan stated{{0.05, 0.05, 0.05}, {{5.05, 0.05, 0.05}}, {{0.1, 0, 0}}, 0, 1.53};
+  const RayFan returned = fanOf({0.05, 0.05, 0.05}, {{5.05, 0.05, 0.05}});
+  const RayFan notReturned = fanOf({0.05, 0.05, 0.05}, {}, {{7, 0, 0}});
+  const RayFan stated = fanOf({0.05, 0.05, 0.05}, {{5.05, 0.05, 0.05}}, {{0.1, 0, 0}}, 0, 1.53);
   for (const FreeSpace freeSpace : {FreeSpace::Samples, FreeSpace::Line})
     for (const TrainingPoints trainingPoints : kAllTrainingPoints)
     {
@@ -147,7 +147,7 @@ TEST(BgkMap, FreesUpToTheMaximumRangeWithoutAHit)
       for (const RayFan& fan : {returned, notReturned, stated})
       {
         BgkMap map;
-        map.insert({{fan}}, inference, 1);
+        map.insert(scanWith({fan}), inference, 1);
         for (const CellEvidence& cell : cellsOf(map.grid())) EXPECT_EQ(cell.evidence.first, 0u);
       }
       inference.considerInvalidRangesAsFreeSpace = false;
@@ -159,8 +159,8 @@ TEST(BgkMap, FreesUpToTheMaximumRangeWithoutAHit)
 TEST(BgkMap, SparesCellsWithEnoughHitsFromFreeEvidence)
 {
   // Two hits in cell (10, 0, 0), one in cell (10, 5, 0); rays pass through both to something behind.
-  RayFan fan{{0.05, 0.05, 0.05}, {{1.03, 0.05, 0.05}, {1.07, 0.06, 0.05}, {1.05, 0.55, 0.05}}, {}, 0, 0};
-  RayFan behind{{1.05, -2.05, 0.05}, {{1.05, 3.05, 0.05}}, {}, 0, 0};
+  const RayFan fan = fanOf({0.05, 0.05, 0.05}, {{1.03, 0.05, 0.05}, {1.07, 0.06, 0.05}, {1.05, 0.55, 0.05}});
+  const RayFan behind = fanOf({1.05, -2.05, 0.05}, {{1.05, 3.05, 0.05}});
   for (const FreeSpace freeSpace : {FreeSpace::Samples, FreeSpace::Line})
     for (const TrainingPoints trainingPoints : kAllTrainingPoints)
     {
@@ -172,7 +172,7 @@ TEST(BgkMap, SparesCellsWithEnoughHitsFromFreeEvidence)
       {
         inference.protectHits = protectHits;
         BgkMap map;
-        map.insert({{fan, behind}}, inference, 1);
+        map.insert(scanWith({fan, behind}), inference, 1);
         EXPECT_GT(map.grid().at(cell).first, 0u);
         return map.grid().at(cell).second;
       };
@@ -187,9 +187,9 @@ TEST(BgkMap, SparesCellsWithEnoughHitsFromFreeEvidence)
       // In another scan the cell is not spared.
       inference.protectHits = 2;
       BgkMap map;
-      map.insert({{fan}}, inference, 1);
+      map.insert(scanWith({fan}), inference, 1);
       EXPECT_EQ(map.grid().at({10, 0, 0}).second, 0u);
-      map.insert({{behind}}, inference, 1);
+      map.insert(scanWith({behind}), inference, 1);
       EXPECT_GT(map.grid().at({10, 0, 0}).second, 0u);
     }
 }

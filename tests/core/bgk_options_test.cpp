@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <lamap_core/bgk/map.h>
 #include <lamap_core/bgk/options.h>
+#include <support/seeded_scans.h>
 
 #include <functional>
 #include <limits>
@@ -53,7 +54,7 @@ void expectInferenceRefused(Member Group::*option, const std::string& name,
     inference.*option = static_cast<Member>(illegal);
     expectMessage([&] { inference.validate(0.1); }, name, printed);
     BgkMap map;
-    const Scan scan{{RayFan{{0.05, 0.05, 0.05}, {{1.05, 0.05, 0.05}}, {}, 0, 0}}};
+    const Scan scan = scanWith({fanOf({0.05, 0.05, 0.05}, {{1.05, 0.05, 0.05}})});
     expectMessage([&] { map.insert(scan, inference, 1); }, name, printed);
     EXPECT_TRUE(map.empty());
   }

@@ -163,7 +163,14 @@ TEST(BgkMapProperty, EvidenceIsTheBruteForceSumForRandomOptions)
     recipe.fans = 3;
     recipe.centre_map = random.inCube(30);
     std::vector<Scan> scans;
-    for (int i = random.integer(1, 3); i > 0; --i) scans.push_back(randomScan(random, recipe));
+    for (int i = random.integer(1, 3); i > 0; --i)
+    {
+      Scan& scan = scans.emplace_back(randomScan(random, recipe));
+      if (random.chance(0.5)) continue;  // its rays are in the map's frame
+      const Eigen::Vector3d axis = random.inCube(1.0).normalized();
+      scan.sensorPose_map.linear() = Eigen::AngleAxisd(random.uniform(-3.1, 3.1), axis).toRotationMatrix();
+      scan.sensorPose_map.translation() = random.inCube(5);
+    }
     expectAgreement(structure, inference, scans);
     if (HasFailure()) return;
   }
@@ -203,14 +210,14 @@ TEST(BgkMapProperty, FacesEdgesAndCornersOfBlocksAreInvisible)
         const double block = structure.resolution * (1 << (blockDepth - 1));
         RayFan fan;
         for (const double x : {-block, 0.0, block, 0.5 * block})
-          for (const double y : {-block, 0.0, block}) fan.returns_map.emplace_back(x, y, 0.0);
-        fan.returns_map.emplace_back(0, 0, block);
-        fan.returns_map.emplace_back(0, 0, -block);
+          for (const double y : {-block, 0.0, block}) fan.addReturn({x, y, 0.0});
+        fan.addReturn({0, 0, block});
+        fan.addReturn({0, 0, -block});
         for (const Eigen::Vector3d& origin : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(-2 * block, 0, 0),
                                               Eigen::Vector3d(0.5, 0.25, -0.375)})
         {
-          fan.origin_map = origin;
-          expectAgreement(structure, inference, {Scan{{fan}}});
+          fan.centre = origin;
+          expectAgreement(structure, inference, {scanWith({fan})});
         }
       }
 }
@@ -223,7 +230,7 @@ TEST(BgkMap, WeighsAHitByHand)
   BgkInference inference;
   inference.freeSpace = FreeSpace::None;
   BgkMap map(structure);
-  const RayCounts counts = map.insert({{RayFan{{9.3, 0.1, 0.2}, {{0.3, 0.2, 0.1}}, {}, 0, 0}}}, inference);
+  const RayCounts counts = map.insert(scanWith({fanOf({9.3, 0.1, 0.2}, {{0.3, 0.2, 0.1}})}), inference);
   EXPECT_EQ(counts.hits, 1u);
   const auto alphaAt = [&](const CellIndex& cell)
   { return map.cell(cell, inference.thresholds)->evidence[0]; };
@@ -252,7 +259,7 @@ TEST(BgkMap, GivesNothingAtExactlyTheSupport)
       inference.kernelSupport = std::round(support_cells * resolution * 1000) / 1000;
       BgkMap map(structure);
       const Eigen::Vector3d hit = Eigen::Vector3d(7.3, -4.6, 2.2) * resolution;
-      map.insert({{RayFan{{0, 0, 0}, {hit}, {}, 0, 0}}}, inference);
+      map.insert(scanWith({fanOf({0, 0, 0}, {hit})}), inference);
       for (const int sign : {-1, 1})
       {
         EXPECT_TRUE(map.cell({7 + sign * (support_cells - 1), -5, 2}, {}).has_value());

@@ -104,11 +104,7 @@ TEST(BgkMapProperty, OrderOfRaysInAScanDoesNotMatter)
     for (Scan scan : made.scans)
     {
       reference.insert(scan, made.inference, 1);
-      for (RayFan& fan : scan.fans)
-      {
-        random.shuffle(fan.returns_map);
-        random.shuffle(fan.noReturnDirections_map);
-      }
+      for (RayFan& fan : scan.fans) random.shuffle(fan.rays);
       random.shuffle(scan.fans);
       shuffled.insert(scan, made.inference, 1);
     }

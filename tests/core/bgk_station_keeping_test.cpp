@@ -167,7 +167,7 @@ TEST(BgkMap, RefusesEvidenceBeyond63BitsAndKeepsWhatItHas)
   EXPECT_EQ(differenceOf(map.grid(), before.grid()), "");
 
   // A scan whose one hit is that cell.
-  const Scan scan{{RayFan{{5, 0, 0}, {{0.05, 0.05, 0.05}}, {}, 0, 0}}};
+  const Scan scan = scanWith({fanOf({5, 0, 0}, {{0.05, 0.05, 0.05}})});
   map = before;
   map.insert(scan, inference, 1);  // room for one more
   EXPECT_THROW(

@@ -143,8 +143,9 @@ TEST(BgkMapProperty, PointsOnFacesMoveBitByBitToo)
                                            {6, 6, 6},
                                            {24, 32, 0},
                                            {-40, 0, 0}})
-          fan.returns_map.push_back(ray * resolution);
-        fan.noReturnDirections_map = {{3, -4, 0}, {0, 0, -1}, {1, 1, 1}};
+          fan.addReturn(ray * resolution);
+        for (const Eigen::Vector3d& direction : {Eigen::Vector3d(3, -4, 0), {0, 0, -1}, {1, 1, 1}})
+          fan.add(RayEnd::NoReturn, direction);
         made.scan.fans = {fan};
         const BgkMap here = mapOf(made, made.scan);
         for (const CellIndex& by : movesInCells(false))
@@ -169,8 +170,8 @@ bool isAwayFromFaces(const Case& made)
 {
   for (const RayFan& fan : made.scan.fans)
   {
-    if (!isAwayFromFaces(fan.origin_map, made.structure.resolution)) return false;
-    for (const auto& end : fan.returns_map)
+    if (!isAwayFromFaces(fan.centre, made.structure.resolution)) return false;
+    for (const auto& end : endsOf(fan))
       if (end.allFinite() && !isAwayFromFaces(end, made.structure.resolution)) return false;
   }
   BgkInference exact = made.inference;

@@ -145,13 +145,10 @@ TEST(FailedChange, LeavesAnOverlappingHilbertMapAsItWas)
   options.structure.latticeSpacing = 0.4;
   options.structure.gamma = 5.0;
   options.inference.iterations = 1;
-  const PosedScan first = roomScan(random, {}), second = roomScan(random, {});
+  const Scan first = roomScan(random, {}), second = roomScan(random, {});
   using Map = OverlappingHilbertMap;
-  const auto insert = [&](const PosedScan& posed, unsigned threads)
-  {
-    return [&, threads](Map& map)
-    { (void)map.insert(posed.scan, options.inference, posed.pose, nullptr, threads); };
-  };
+  const auto insert = [&](const Scan& scan, unsigned threads)
+  { return [&, threads](Map& map) { (void)map.insert(scan, options.inference, nullptr, threads); }; };
   constexpr int64_t kStride = 5;
   for (const Pruning pruning : kPrunings)
   {
@@ -170,8 +167,11 @@ TEST(FailedChange, LeavesAnOverlappingHilbertMapAsItWas)
     map.addEvidence({0, 0, 0}, 0.75, {});
     expectAllOrNothing<Map>(
         map,
-        [&](Map& changed) {
-          changed.setModelPoses({{0, second.pose}, {1, first.pose}}, {}, 1);
+        [&](Map& changed)
+        {
+          changed.setModelPoses(
+              {{0, Eigen::Isometry3d(second.sensorPose_map)}, {1, Eigen::Isometry3d(first.sensorPose_map)}},
+              {}, 1);
         },
         kStride);
 

@@ -35,12 +35,7 @@ size_t expectFinite(const GpMap& map, const GpInference& inference)
 
 Scan scanOf(const std::vector<Eigen::Vector3d>& ends)
 {
-  RayFan fan;
-  fan.origin_map = {0.05, 0.05, 0.05};
-  fan.returns_map = ends;
-  Scan scan;
-  scan.fans = {fan};
-  return scan;
+  return scanWith({fanOf({0.05, 0.05, 0.05}, ends)});
 }
 
 TEST(GpMapProperty, UnusableRaysChangeNothing)
@@ -60,14 +55,14 @@ TEST(GpMapProperty, UnusableRaysChangeNothing)
     for (RayFan& fan : spoilt.fans)
     {
       for (const Eigen::Vector3d& bad : {Eigen::Vector3d(kNan, 0, 0), Eigen::Vector3d(0, kInf, 0),
-                                         Eigen::Vector3d(kNan, kNan, -kInf), fan.origin_map})
+                                         Eigen::Vector3d(kNan, kNan, -kInf), fan.centre})
       {
-        fan.returns_map.insert(fan.returns_map.begin(), bad);
+        fan.rays.insert(fan.rays.begin(), Ray{bad});
         ++added;
       }
       for (const Eigen::Vector3d& bad : {Eigen::Vector3d(kNan, 1, 0), Eigen::Vector3d(0, 0, 0)})
       {
-        fan.noReturnDirections_map.push_back(bad);
+        fan.add(RayEnd::NoReturn, bad);
         ++added;
       }
     }
@@ -91,7 +86,7 @@ TEST(GpMap, ScansThatMatricesDoNotLikeGiveFiniteMaps)
   scans.emplace_back("points on a line too short to tell them apart", scanOf(line));
   Scan contradictory = scanOf({here});
   contradictory.fans.push_back(contradictory.fans[0]);
-  contradictory.fans[1].returns_map = {here + 3 * (here - contradictory.fans[0].origin_map)};
+  contradictory.fans[1].rays = {Ray{here + 3 * (here - contradictory.fans[0].centre)}};
   scans.emplace_back("contradictory labels", contradictory);
   for (const auto& [name, scan] : scans)
     for (const bool nested : {false, true})
@@ -129,9 +124,7 @@ TEST(GpMap, OneClassOnlyIsNeverTurnedIntoTheOther)
                   [](const CellIndex&, const CellEstimate& cell) { EXPECT_GT(cell.prob, 0.5); });
   EXPECT_EQ(hits.at({0.82, 0.31, 0.07}, inference.thresholds)->state, CellState::Occupied);
 
-  Scan scan = scanOf({});
-  scan.fans[0].noReturnDirections_map = {{1, 0, 0}, {0, 1, 0.2}};
-  scan.fans[0].statedRangeMax_m = 1.5;
+  const Scan scan = scanWith({fanOf({0.05, 0.05, 0.05}, {}, {{1, 0, 0}, {0, 1, 0.2}}, 0, 1.5)});
   GpMap frees;
   frees.insert(scan, {}, 1);
   EXPECT_GT(expectFinite(frees, {}), 0u);

@@ -119,8 +119,8 @@ TEST(GpMapProperty, CellsBeyondTheSupportOfAllDataHoldNothing)
           const Eigen::Vector3d centre = cellCentre({x, y, z}, structure.resolution);
           double nearest = 1e9;
           for (const RayFan& fan : scan.fans)
-            for (const Eigen::Vector3d& end : fan.returns_map)
-              if (end.allFinite() && fan.origin_map.allFinite() && end != fan.origin_map)
+            for (const Eigen::Vector3d& end : endsOf(fan))
+              if (end.allFinite() && fan.centre.allFinite() && end != fan.centre)
                 nearest = std::min(nearest, (end - centre).norm());
           if (std::abs(nearest - support) < 1e-9) continue;
           ASSERT_EQ(map.cell({x, y, z}, inference.thresholds).has_value(), nearest < support);
@@ -205,9 +205,8 @@ TEST(GpMap, MorePointsThanOneGpTakesAreSplitAndFused)
   Scan scan;
   scan.fans.resize(1);
   RayFan& fan = scan.fans[0];
-  fan.origin_map = {0.05, 0.05, 0.05};
-  for (int i = 0; i < 3000; ++i)
-    fan.returns_map.push_back({1.25, random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4)});
+  fan.centre = {0.05, 0.05, 0.05};
+  for (int i = 0; i < 3000; ++i) fan.addReturn({1.25, random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4)});
   GpInference inference;
   inference.trainingPoints = TrainingPoints::Centroids;
   inference.hitDownsampling = 0.0;

@@ -55,10 +55,8 @@ TEST(HilbertMapProperty, IncrementalPosteriorIsThatOfDenseLaplace)
     {
       map.insert(scan, inference, nullptr, 1);
 
-      HilbertSampler sampler;
-      SelectedRays rays = selectRays(scan, inference.rangeLimits());
-      const HilbertFrame frame = *HilbertFrame::inMap(rays.fans[0].origin_map, 0.1, 0.25, {});
-      HilbertTrainingSet set = sampler.sample(rays, inference, frame);
+      const HilbertFrame frame = frameAround(scan, 0.1);
+      HilbertTrainingSet set = trainingSetOf(scan, inference.rangeLimits(), inference, frame);
       for (Eigen::Vector3d& point : set.points)
       {
         point += 0.25 * Eigen::Vector3d(frame.anchorSite.x, frame.anchorSite.y, frame.anchorSite.z);
@@ -337,13 +335,7 @@ TEST(HilbertMap, OddScansGiveFiniteMaps)
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   std::map<std::string, std::vector<Scan>> cases;
   const auto scanOf = [](const Eigen::Vector3d& origin, const std::vector<Eigen::Vector3d>& ends)
-  {
-    Scan scan;
-    scan.fans.emplace_back();
-    scan.fans[0].origin_map = origin;
-    scan.fans[0].returns_map = ends;
-    return scan;
-  };
+  { return scanWith({fanOf(origin, ends)}); };
   cases["a single point"] = {scanOf({0, 0, 0}, {{1, 0, 0}})};
   cases["hits only, no room for free space"] = {scanOf({0, 0, 0}, {{0.05, 0, 0}, {0, 0.08, 0}, {0, 0, 0.1}})};
   cases["all points coincide"] = {scanOf({0, 0, 0}, std::vector<Eigen::Vector3d>(200, {1, 1, 0}))};
@@ -353,9 +345,7 @@ TEST(HilbertMap, OddScansGiveFiniteMaps)
   cases["contradictory labels"] = std::vector<Scan>(30, contradiction);
   cases["unusable among usable"] = {
       scanOf({0, 0, 0}, {{nan, 0, 0}, {inf, 0, 0}, {0, 0, 0}, {1, 0.5, 0}, {1e300, 0, 0}})};
-  Scan freeOnly;
-  freeOnly.fans.emplace_back();
-  freeOnly.fans[0].noReturnDirections_map = {{1, 0, 0}, {0, 1, 0}};
+  const Scan freeOnly = scanWith({fanOf({0, 0, 0}, {}, {{1, 0, 0}, {0, 1, 0}})});
   cases["free space only"] = {freeOnly};
   for (const auto& [name, scans] : cases)
     for (const HilbertStructure& structure : allHilbertStructures())
@@ -374,7 +364,7 @@ TEST(HilbertMap, OddScansGiveFiniteMaps)
               ASSERT_LT(std::abs(f), 1e4);
             });
         EXPECT_GT(cells, 0u);
-        const auto end = scans[0].fans[0].returns_map;
+        const auto end = endsOf(scans[0].fans[0]);
         if (name == "a single point" && structure.training != HilbertTraining::Sgd)
         {
           ASSERT_TRUE(map.logoddsAt(end[0]));
@@ -406,10 +396,8 @@ TEST(HilbertMap, BatchTrainsOnAllPointsWhenItIsAsked)
   {
     map.insert(scan, inference, nullptr, 1);
     EXPECT_TRUE(map.isStale());
-    HilbertSampler sampler;
-    SelectedRays rays = selectRays(scan, inference.rangeLimits());
-    const HilbertFrame frame = *HilbertFrame::inMap(rays.fans[0].origin_map, 0.1, 0.25, {});
-    const HilbertTrainingSet& set = sampler.sample(rays, inference, frame);
+    const HilbertFrame frame = frameAround(scan, 0.1);
+    const HilbertTrainingSet set = trainingSetOf(scan, inference.rangeLimits(), inference, frame);
     for (size_t i = 0; i < set.size(); ++i)
       all.add(
           set.points[i] + 0.25 * Eigen::Vector3d(frame.anchorSite.x, frame.anchorSite.y, frame.anchorSite.z),
@@ -455,7 +443,7 @@ TEST(HilbertMap, UncertainScansSayLess)
     uncertainty.pose(5, 5) = std_m * std_m / 4;
     for (const Scan& scan : scans)
     {
-      uncertainty.centre = scan.fans[0].origin_map;
+      uncertainty.centre = scan.fans[0].centre;
       map.insert(scan, nearInference(), &uncertainty, 1);
     }
     return map;
@@ -478,7 +466,7 @@ TEST(HilbertMap, UncertainScansSayLess)
       continue;
     SCOPED_TRACE(nameOf(structure));
     const HilbertMap certain = mapOf(structure, 0), hardly = mapOf(structure, 1e-5);
-    for (const auto& end : scans[0].fans[0].returns_map)
+    for (const auto& end : endsOf(scans[0].fans[0]))
       EXPECT_NEAR(*certain.logoddsAt(end), *hardly.logoddsAt(end), 0.1);
   }
   // On the side of the question too: an uncertain place is less surely a wall.
@@ -488,7 +476,7 @@ TEST(HilbertMap, UncertainScansSayLess)
     SCOPED_TRACE(nameOf(structure));
     const HilbertMap map = mapOf(structure, 0);
     double sharp = 0, blurred = 0;
-    for (const auto& end : scans[0].fans[0].returns_map)
+    for (const auto& end : endsOf(scans[0].fans[0]))
     {
       sharp += *map.logoddsAt(end);
       blurred += map.logoddsAt(end, Eigen::Matrix3d::Identity() * 0.04).value_or(0.0);
@@ -565,7 +553,7 @@ TEST(HilbertMap, EqualScansMakeSurer)
   {
     map.insert(scans[0], nearInference(), nullptr, 1);
     double sum = 0;
-    for (const auto& end : scans[0].fans[0].returns_map) sum += *map.logoddsAt(end);
+    for (const auto& end : endsOf(scans[0].fans[0])) sum += *map.logoddsAt(end);
     EXPECT_GT(sum, last) << i;
     last = sum;
     float precision = 0;

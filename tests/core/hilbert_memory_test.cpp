@@ -25,12 +25,11 @@ std::vector<Scan> corridorScans()
   std::vector<Scan> scans;
   for (size_t i = 0; i < poses.size(); ++i)
   {
-    RayFan fan;
-    fan.origin_map = poses[i].position_map;
+    RayFan& fan = scans.emplace_back().fans.emplace_back();
+    fan.centre = poses[i].position_map;
     const Eigen::Matrix3d rotation = sim::rotationOf(poses[i]);
     for (const sim::BeamReading& reading : scanner.scan(poses[i], i))
-      fan.returns_map.emplace_back(fan.origin_map + rotation * reading.point_sensor);
-    scans.push_back({{fan}});
+      fan.addReturn(fan.centre + rotation * reading.point_sensor);
   }
   return scans;
 }

@@ -44,17 +44,15 @@ void expectFinite(const OverlappingHilbertMap& map)
 Scan scanOf(const std::vector<Eigen::Vector3d>& returns,
             const Eigen::Vector3d& origin = Eigen::Vector3d(0.05, 0.05, 0.05))
 {
-  RayFan fan;
-  fan.origin_map = origin;
-  fan.returns_map = returns;
-  return {{fan}};
+  return scanWith({fanOf(origin, returns)});
 }
 
 TEST(OverlappingMapBadInput, UnusableRaysAreCountedAndLeaveNothing)
 {
   OverlappingHilbertMap map;
   Scan scan = scanOf({{kNan, 0, 0}, {0, kInf, 0}, {0.05, 0.05, 0.05}});
-  scan.fans.front().noReturnDirections_map = {{1, 0, 0}, {0, 0, 0}, {kNan, 0, 0}};
+  for (const Eigen::Vector3d& direction : {Eigen::Vector3d(1, 0, 0), {0, 0, 0}, {kNan, 0, 0}})
+    scan.fans.front().add(RayEnd::NoReturn, direction);
   const RayCounts counts = map.insert(scan, {});
   EXPECT_EQ(counts.used(), 0u);
   EXPECT_EQ(counts.notFinite, 3u);
@@ -71,13 +69,12 @@ TEST(OverlappingMapBadInput, UnusableRaysAreCountedAndLeaveNothing)
 TEST(OverlappingMapBadInput, UnusableRaysChangeNothingOfTheOthers)
 {
   Random random(1);
-  PosedScan posed = roomScan(random, {});
+  Scan scan = roomScan(random, {});
   OverlappingHilbertMap clean, dirty;
-  clean.insert(posed.scan, {}, posed.pose);
-  auto& returns = posed.scan.fans.front().returns_map;
-  returns.insert(returns.begin() + 1, {Eigen::Vector3d(kNan, 1, 1), Eigen::Vector3d(0, 0, kInf),
-                                       posed.scan.fans.front().origin_map});
-  dirty.insert(posed.scan, {}, posed.pose);
+  clean.insert(scan, {});
+  RayFan& fan = scan.fans.front();
+  fan.rays.insert(fan.rays.begin() + 1, {Ray{{kNan, 1, 1}}, Ray{{0, 0, kInf}}, Ray{fan.centre}});
+  dirty.insert(scan, {});
   EXPECT_TRUE(clean == dirty);
 }
 
@@ -91,11 +88,7 @@ TEST(OverlappingMapBadInput, PoorScansGiveFiniteMaps)
       scanOf({{0.06, 0.05, 0.05}, {0.05, 0.06, 0.05}}),  // hits only: no free sample fits before them
       scanOf({{900, 0.5, 0.2}, {1, 900, 0.3}}),          // two points far from each other
   };
-  Scan freeOnly;
-  freeOnly.fans.push_back({});
-  freeOnly.fans.front().statedRangeMax_m = 1.5;
-  freeOnly.fans.front().noReturnDirections_map = {{1, 0, 0}, {0, 1, 0.5}};
-  poor.push_back(freeOnly);
+  poor.push_back(scanWith({fanOf({0, 0, 0}, {}, {{1, 0, 0}, {0, 1, 0.5}}, 0, 1.5)}));
   for (OverlappingOptions options : allKinds())
   {
     options.inference.trainingPoints = HilbertPoints::Points;
@@ -126,19 +119,19 @@ TEST(OverlappingMapBadInput, ScansWithoutFreeSpaceOrWithContradictionsAreFinite)
     RoomRecipe recipe;
     recipe.upright = options.structure.planar;
     recipe.rays = 40;
-    const PosedScan posed = roomScan(random, recipe);
+    const Scan scan = roomScan(random, recipe);
     OverlappingHilbertMap map(options.structure);
     OverlappingInference noFree = options.inference;
     noFree.freeWeight = 0;
     noFree.considerInvalidRangesAsFreeSpace = false;
-    map.insert(posed.scan, noFree, posed.pose);
+    map.insert(scan, noFree);
     // Another sensor looks through what the first one saw, with both labels at one place.
-    PosedScan through = posed;
-    for (Eigen::Vector3d& end : through.scan.fans.front().returns_map)
-      end += 0.5 * (end - posed.scan.fans.front().origin_map);
-    Scan both = posed.scan;
-    both.fans.push_back(through.scan.fans.front());
-    map.insert(both, options.inference, posed.pose);
+    RayFan through = scan.fans.front();
+    for (Ray& ray : through.rays)
+      if (ray.meaning == RayEnd::Return) ray.end += 0.5 * (ray.end - through.centre);
+    Scan both = scan;
+    both.fans.push_back(through);
+    map.insert(both, options.inference);
     expectFinite(map);
     EXPECT_EQ(map.modelCount(), 2u);
   }
@@ -147,17 +140,17 @@ TEST(OverlappingMapBadInput, ScansWithoutFreeSpaceOrWithContradictionsAreFinite)
 TEST(OverlappingMapBadInput, AScanFarFromAllOthersIsByItself)
 {
   Random random(4);
-  const PosedScan near = roomScan(random, {});
+  const Scan near = roomScan(random, {});
   Eigen::Isometry3d away = Eigen::Isometry3d::Identity();
   away.translation() = Eigen::Vector3d(-100000.0, 5e5, 300.0);
-  const PosedScan far = moved(near, away);
+  const Scan far = moved(near, away);
   OverlappingHilbertMap alone, both;
-  alone.insert(near.scan, {}, near.pose);
-  both.insert(near.scan, {}, near.pose);
-  both.insert(far.scan, {}, far.pose);
+  alone.insert(near, {});
+  both.insert(near, {});
+  both.insert(far, {});
   alone.visitCells({}, [&](const CellIndex& cell, const CellEstimate& estimate)
                    { ASSERT_EQ(both.cell(cell, {})->evidence, estimate.evidence); });
-  const Eigen::Vector3d hit = far.scan.fans.front().returns_map.front();
+  const Eigen::Vector3d hit = far.inMap(endsOf(far.fans.front()).front());
   EXPECT_TRUE(both.continuousAt(hit, {}));
   EXPECT_TRUE(both.at(hit, {}));
 }

@@ -33,10 +33,10 @@ RoomRecipe smallRoom(const OverlappingOptions& options)
   return recipe;
 }
 
-OverlappingHilbertMap mapOf(const OverlappingOptions& options, const std::vector<PosedScan>& scans)
+OverlappingHilbertMap mapOf(const OverlappingOptions& options, const std::vector<Scan>& scans)
 {
   OverlappingHilbertMap map(options.structure);
-  for (const PosedScan& posed : scans) map.insert(posed.scan, options.inference, posed.pose);
+  for (const Scan& scan : scans) map.insert(scan, options.inference);
   return map;
 }
 
@@ -53,7 +53,7 @@ TEST(OverlappingMapProperty, OrderOfScansDoesNotMatter)
     SCOPED_TRACE(seed);
     Random random(seed);
     const OverlappingOptions options = randomOptions(random);
-    std::vector<PosedScan> scans = roomScans(random, smallRoom(options), 4);
+    std::vector<Scan> scans = roomScans(random, smallRoom(options), 4);
     const OverlappingHilbertMap reference = mapOf(options, scans);
     ASSERT_FALSE(reference.empty());
     random.shuffle(scans);
@@ -68,7 +68,7 @@ TEST(OverlappingMapProperty, MergingIsInserting)
     SCOPED_TRACE(seed);
     Random random(seed);
     const OverlappingOptions options = randomOptions(random);
-    const std::vector<PosedScan> scans = roomScans(random, smallRoom(options), 4);
+    const std::vector<Scan> scans = roomScans(random, smallRoom(options), 4);
     OverlappingHilbertMap first = mapOf(options, {scans[0], scans[1]});
     OverlappingHilbertMap second = mapOf(options, {scans[2], scans[3]});
     first.addEvidence({1, 2, 0}, -0.5, {});
@@ -96,10 +96,10 @@ TEST(OverlappingMapProperty, EqualScansGiveExactlySoManyTimesTheEvidence)
     SCOPED_TRACE(seed);
     Random random(seed);
     const OverlappingOptions options = randomOptions(random);
-    const PosedScan scan = roomScan(random, smallRoom(options));
+    const Scan scan = roomScan(random, smallRoom(options));
     const OverlappingHilbertMap once = mapOf(options, {scan});
     constexpr int64_t kTimes = 7;
-    const OverlappingHilbertMap often = mapOf(options, std::vector<PosedScan>(kTimes, scan));
+    const OverlappingHilbertMap often = mapOf(options, std::vector<Scan>(kTimes, scan));
     const std::vector<CellEvidence> one = cellsOf(once.grid());
     const std::vector<CellEvidence> many = cellsOf(often.grid());
     ASSERT_EQ(one.size(), many.size());
@@ -142,10 +142,10 @@ TEST(OverlappingMapProperty, MovingModelsIsBuildingWithTheNewPoses)
     Random random(seed);
     OverlappingOptions options = randomOptions(random);
     options.inference.trainingPoints = HilbertPoints::Points;  // no point rounds into another cell
-    const std::vector<PosedScan> scans = roomScans(random, smallRoom(options), 4);
+    const std::vector<Scan> scans = roomScans(random, smallRoom(options), 4);
     OverlappingHilbertMap map = mapOf(options, scans);
     map.addEvidence({0, 0, 0}, 0.75, {});
-    std::vector<PosedScan> corrected = scans;
+    std::vector<Scan> corrected = scans;
     std::vector<OverlappingHilbertMap::MovedModel> moves;
     for (const size_t i : {size_t{1}, size_t{3}})
     {
@@ -153,10 +153,10 @@ TEST(OverlappingMapProperty, MovingModelsIsBuildingWithTheNewPoses)
       by.linear() = randomRotation(random, options.structure.planar);
       by.translation() = random.inCube(0.6);
       corrected[i] = moved(scans[i], by);
-      moves.emplace_back(i, corrected[i].pose);
+      moves.emplace_back(i, Eigen::Isometry3d(corrected[i].sensorPose_map));
     }
     map.setModelPoses(moves, {});
-    EXPECT_LT((map.modelPose(3).translation() - corrected[3].pose.translation())
+    EXPECT_LT((map.modelPose(3).translation() - corrected[3].sensorPose_map.translation())
                   .head(options.structure.planar ? 2 : 3)
                   .norm(),
               1e-6);
@@ -224,7 +224,7 @@ TEST(OverlappingMapProperty, PruningChangesNoState)
     SCOPED_TRACE(seed);
     Random random(seed);
     OverlappingOptions options = randomOptions(random);
-    const std::vector<PosedScan> scans = roomScans(random, smallRoom(options), 3);
+    const std::vector<Scan> scans = roomScans(random, smallRoom(options), 3);
     options.structure.pruning = Pruning::None;
     const OverlappingHilbertMap full = mapOf(options, scans);
     options.structure.pruning = Pruning::Lossless;
@@ -265,19 +265,11 @@ TEST(OverlappingMapProperty, MovingByWholeCellsMovesTheMap)
     const CellIndex by{8 * random.integer(-1000000, 1000000), 8 * random.integer(-40, 40),
                        8 * random.integer(-40, 40)};
     const Eigen::Vector3d by_m = 0.125 * Eigen::Vector3d(by.x, by.y, by.z);
-    std::vector<PosedScan> scans = roomScans(random, smallRoom(options), 3);
-    for (PosedScan& posed : scans)
-    {
-      posed.scan = quantized(posed.scan, 20);
-      posed.pose.translation() = posed.scan.fans.front().origin_map;
-    }
+    std::vector<Scan> scans = roomScans(random, smallRoom(options), 3);
+    for (Scan& scan : scans) scan = quantized(scan, 20);
     const OverlappingHilbertMap map = mapOf(options, scans);
     options.structure.planarHeight += by_m.z();
-    for (PosedScan& posed : scans)
-    {
-      posed.scan = moved(posed.scan, by_m);
-      posed.pose.translation() += by_m;
-    }
+    for (Scan& scan : scans) scan = moved(scan, by_m);
     const std::vector<CellEvidence> here = cellsOf(map.grid());
     const std::vector<CellEvidence> there = cellsOf(mapOf(options, scans).grid());
     ASSERT_GT(here.size(), 100u);
@@ -291,11 +283,32 @@ TEST(OverlappingMapProperty, MovingByWholeCellsMovesTheMap)
   }
 }
 
+/// Rays are taken as the sensor gives them: nothing of the map's frame is in a model.
+TEST(OverlappingMapProperty, AModelIsTheSameWhereverTheSensorWas)
+{
+  for (unsigned seed = 1; seed <= 10; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    OverlappingOptions options = randomOptions(random);
+    options.inference.trainingPoints =
+        random.pick<HilbertPoints>({HilbertPoints::Cells, HilbertPoints::Points});
+    const Scan scan = roomScan(random, smallRoom(options));
+    Eigen::Isometry3d by = Eigen::Isometry3d::Identity();
+    by.linear() = randomRotation(random, options.structure.planar);
+    by.translation() = random.inCube(1e5);
+    const OverlappingHilbertMap here = mapOf(options, {scan}), there = mapOf(options, {moved(scan, by)});
+    ASSERT_EQ(here.modelCount(), 1u);
+    ASSERT_EQ(there.modelCount(), 1u);
+    EXPECT_TRUE(*here.models()[0].model == *there.models()[0].model);
+  }
+}
+
 TEST(OverlappingMap, BlockDepthChangesNoCell)
 {
   Random random(5);
   OverlappingOptions options;
-  const std::vector<PosedScan> scans = roomScans(random, smallRoom(options), 2);
+  const std::vector<Scan> scans = roomScans(random, smallRoom(options), 2);
   const std::vector<CellEvidence> reference = cellsOf(mapOf(options, scans).grid());
   for (const int depth : {2, 3, 5, 6})
   {
@@ -312,13 +325,13 @@ TEST(OverlappingMap, ABoxWithoutOutliersIsSmaller)
   Random random(2);
   RoomRecipe recipe;
   recipe.rangeMax_m = 50;
-  PosedScan posed = roomScan(random, recipe);
-  posed.scan.fans.front().returns_map.push_back(posed.pose.translation() + Eigen::Vector3d(30, 0, 0));
+  Scan scan = roomScan(random, recipe);
+  scan.fans.front().addReturn(scan.sensorPose_map.linear().transpose() * Eigen::Vector3d(30, 0, 0));
   OverlappingOptions options;
   options.inference.freeResolution = 100;  // one free point a ray, so that the outlier is but two points
-  const OverlappingHilbertMap all = mapOf(options, {posed});
+  const OverlappingHilbertMap all = mapOf(options, {scan});
   options.inference.boxQuantile = 0.02;
-  const OverlappingHilbertMap trimmed = mapOf(options, {posed});
+  const OverlappingHilbertMap trimmed = mapOf(options, {scan});
   EXPECT_GT(all.extent()->second.x, 250);
   EXPECT_LT(trimmed.extent()->second.x, 40);
 }
@@ -337,15 +350,15 @@ HilbertUncertainty uncertainPose(Random& random)
 TEST(OverlappingMap, UncertaintyOfNothingIsNone)
 {
   Random random(1);
-  const PosedScan posed = roomScan(random, {});
+  const Scan scan = roomScan(random, {});
   OverlappingHilbertMap certain, uncertain;
   const HilbertUncertainty none;
-  certain.insert(posed.scan, {}, posed.pose);
-  uncertain.insert(posed.scan, {}, posed.pose, &none);
+  certain.insert(scan, {});
+  uncertain.insert(scan, {}, &none);
   EXPECT_TRUE(certain == uncertain);
   HilbertUncertainty illegal;
   illegal.point(0, 0) = -1;
-  EXPECT_THROW(uncertain.insert(posed.scan, {}, posed.pose, &illegal), std::invalid_argument);
+  EXPECT_THROW(uncertain.insert(scan, {}, &illegal), std::invalid_argument);
 }
 
 /// A model knows nothing of the map: what is uncertain turns with the scene.
@@ -355,13 +368,13 @@ TEST(OverlappingMapProperty, UncertaintyTurnsWithTheScene)
   {
     SCOPED_TRACE(seed);
     Random random(seed);
-    const PosedScan posed = roomScan(random, {});
+    const Scan scan = roomScan(random, {});
     HilbertUncertainty uncertainty = uncertainPose(random);
-    uncertainty.centre = posed.pose.translation() + random.inCube(0.5);
+    uncertainty.centre = scan.sensorPose_map.translation() + random.inCube(0.5);
     Eigen::Isometry3d by = Eigen::Isometry3d::Identity();
     by.linear() = randomRotation(random, false);
     by.translation() = random.inCube(5);
-    const PosedScan turned = moved(posed, by);
+    const Scan turned = moved(scan, by);
     HilbertUncertainty turnedToo = uncertainty;
     const Eigen::Matrix3d r = by.linear();
     for (const int row : {0, 3})
@@ -375,9 +388,9 @@ TEST(OverlappingMapProperty, UncertaintyTurnsWithTheScene)
     OverlappingInference inference;
     inference.trainingPoints = HilbertPoints::Points;
     OverlappingHilbertMap here, there, certain;
-    here.insert(posed.scan, inference, posed.pose, &uncertainty);
-    there.insert(turned.scan, inference, turned.pose, &turnedToo);
-    certain.insert(posed.scan, inference, posed.pose);
+    here.insert(scan, inference, &uncertainty);
+    there.insert(turned, inference, &turnedToo);
+    certain.insert(scan, inference);
     const auto& weights = here.models().front().model->sites.weights;
     const auto& others = there.models().front().model->sites.weights;
     ASSERT_EQ(weights.size(), others.size());
@@ -397,11 +410,11 @@ TEST(OverlappingMap, ScansWaitUntilTheirModelIsFull)
   Random random(4);
   OverlappingOptions options;
   options.inference.scansPerModel = 3;
-  const std::vector<PosedScan> scans = roomScans(random, smallRoom(options), 4);
+  const std::vector<Scan> scans = roomScans(random, smallRoom(options), 4);
   OverlappingHilbertMap map(options.structure);
   for (size_t i = 0; i < scans.size(); ++i)
   {
-    const RayCounts counts = map.insert(scans[i].scan, options.inference, scans[i].pose);
+    const RayCounts counts = map.insert(scans[i], options.inference);
     EXPECT_GT(counts.used(), 0u);
     EXPECT_EQ(map.modelCount(), (i + 1) / 3);
     EXPECT_EQ(map.pending().scans.size(), (i + 1) % 3);
@@ -409,12 +422,12 @@ TEST(OverlappingMap, ScansWaitUntilTheirModelIsFull)
   }
   EXPECT_EQ(map.models().front().model->scans, 3u);
   EXPECT_GE(map.models().front().model->views.size(), 3u);
-  EXPECT_LT((map.modelPose(0).translation() - scans[0].pose.translation()).norm(), 1e-6);
-  EXPECT_LT((map.modelPose(0).linear() - scans[0].pose.linear()).norm(), 1e-12);
+  EXPECT_LT((map.modelPose(0).translation() - scans[0].sensorPose_map.translation()).norm(), 1e-6);
+  EXPECT_LT((map.modelPose(0).linear() - scans[0].sensorPose_map.linear()).norm(), 1e-12);
   EXPECT_TRUE(map.trainPending(options.inference));
   EXPECT_FALSE(map.trainPending(options.inference));
   EXPECT_EQ(map.modelCount(), 2u);
-  EXPECT_LT((map.modelPose(1).translation() - scans[3].pose.translation()).norm(), 1e-6);
+  EXPECT_LT((map.modelPose(1).translation() - scans[3].sensorPose_map.translation()).norm(), 1e-6);
 }
 
 /// As a file would: every part taken out, and put into a new map.
@@ -448,7 +461,7 @@ TEST(OverlappingMapProperty, ItsPartsAreTheWholeState)
     Random random(seed);
     OverlappingOptions options = randomOptions(random);
     options.inference.scansPerModel = 2;
-    const std::vector<PosedScan> scans = roomScans(random, smallRoom(options), 5);
+    const std::vector<Scan> scans = roomScans(random, smallRoom(options), 5);
     OverlappingHilbertMap map = mapOf(options, {scans[0], scans[1], scans[2]});
     map.addEvidence({3, 3, 0}, 1.0, {});
     OverlappingHilbertMap copy = copiedByParts(map);
@@ -456,8 +469,8 @@ TEST(OverlappingMapProperty, ItsPartsAreTheWholeState)
     // It goes on as if there had been no pause.
     for (OverlappingHilbertMap* each : {&map, &copy})
     {
-      each->insert(scans[3].scan, options.inference, scans[3].pose);
-      each->setModelPose(0, scans[4].pose, {});
+      each->insert(scans[3], options.inference);
+      each->setModelPose(0, Eigen::Isometry3d(scans[4].sensorPose_map), {});
     }
     EXPECT_TRUE(copy == map);
     copy.addEvidence({3, 3, 0}, 1e-6, {});
@@ -498,7 +511,7 @@ TEST(OverlappingMap, WithoutModelsThereAreCellsOnly)
 {
   Random random(6);
   OverlappingOptions options;
-  const std::vector<PosedScan> scans = roomScans(random, smallRoom(options), 2);
+  const std::vector<Scan> scans = roomScans(random, smallRoom(options), 2);
   const OverlappingHilbertMap keeping = mapOf(options, scans);
   options.structure.keepModels = false;
   OverlappingHilbertMap map = mapOf(options, scans);

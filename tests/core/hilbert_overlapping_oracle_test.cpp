@@ -13,7 +13,7 @@ struct Case
 {
   OverlappingOptions options;
   RoomRecipe recipe;
-  std::vector<PosedScan> scans;
+  std::vector<Scan> scans;
 };
 
 Case randomCase(Random& random)
@@ -48,7 +48,7 @@ Case randomCase(Random& random)
 OverlappingHilbertMap mapOf(const Case& one)
 {
   OverlappingHilbertMap map(one.options.structure);
-  for (const PosedScan& posed : one.scans) map.insert(posed.scan, one.options.inference, posed.pose);
+  for (const Scan& scan : one.scans) map.insert(scan, one.options.inference);
   map.trainPending(one.options.inference);
   return map;
 }
@@ -182,8 +182,7 @@ TEST(OverlappingMapProperty, AnotherResolutionIsTheContinuousMapAtItsCentres)
   RoomRecipe recipe;
   const OverlappingOptions options;
   OverlappingHilbertMap map(options.structure);
-  for (const PosedScan& posed : roomScans(random, recipe, 3))
-    map.insert(posed.scan, options.inference, posed.pose);
+  for (const Scan& scan : roomScans(random, recipe, 3)) map.insert(scan, options.inference);
   const OverlappingHilbertMap coarse = map.resampled(0.23, {});
   EXPECT_DOUBLE_EQ(coarse.structure().resolution, 0.23);
   size_t cells = 0;

@@ -34,13 +34,12 @@ TEST(OverlappingMapProperty, NumberOfThreadsDoesNotMatter)
     options.inference.epochs = 1;
     options.structure.components = 40;
     recipe.upright = options.structure.planar;
-    const std::vector<PosedScan> scans = roomScans(random, recipe, 2);
+    const std::vector<Scan> scans = roomScans(random, recipe, 2);
     const auto mapOf = [&](unsigned threads)
     {
       OverlappingHilbertMap map(options.structure);
-      for (const PosedScan& posed : scans)
-        map.insert(posed.scan, options.inference, posed.pose, nullptr, threads);
-      Eigen::Isometry3d pose = scans[0].pose;
+      for (const Scan& scan : scans) map.insert(scan, options.inference, nullptr, threads);
+      Eigen::Isometry3d pose(scans[0].sensorPose_map);
       pose.translation().x() += 0.3;
       map.setModelPose(0, pose, {}, threads);
       return map;
@@ -54,9 +53,9 @@ TEST(OverlappingMap, MayBeAskedFromSeveralThreads)
 {
   Random random(1);
   OverlappingHilbertMap map;
-  const std::vector<PosedScan> scans = roomScans(random, {}, 2);
-  for (const PosedScan& posed : scans) map.insert(posed.scan, {}, posed.pose);
-  const Eigen::Vector3d point = scans[0].scan.fans.front().returns_map.front();
+  const std::vector<Scan> scans = roomScans(random, {}, 2);
+  for (const Scan& scan : scans) map.insert(scan, {});
+  const Eigen::Vector3d point = scans[0].inMap(endsOf(scans[0].fans.front()).front());
   const double expected = OverlappingHilbertMap(map).continuousAt(point, {})->prob;
   std::vector<std::thread> threads;
   std::vector<double> answers(4);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <lamap_core/hilbert/map.h>
 #include <lamap_core/math/portable_math.h>
+#include <support/hilbert_oracle.h>
 #include <support/hilbert_states.h>
 #include <support/pcd_points.h>
 
@@ -27,10 +28,8 @@ struct Score
 /// How well a map that did not see a scan says where that scan's training points are hits.
 Score heldOutScore(const HilbertMap& map, const Scan& scan)
 {
-  HilbertSampler sampler;
-  SelectedRays rays = selectRays(scan, eightMetres().rangeLimits());
-  const HilbertFrame frame = *HilbertFrame::inMap(rays.fans[0].origin_map, 0.1, 0.25, {});
-  const HilbertTrainingSet& set = sampler.sample(rays, {}, frame);
+  const HilbertFrame frame = frameAround(scan, 0.1);
+  const HilbertTrainingSet set = trainingSetOf(scan, eightMetres().rangeLimits(), {}, frame);
   std::vector<std::pair<double, bool>> scored;
   Score score;
   for (size_t i = 0; i < set.size(); ++i)

@@ -1,5 +1,6 @@
 // Training sets of Hilbert maps, against their definition.
 #include <gtest/gtest.h>
+#include <lamap_core/hilbert/options.h>
 #include <lamap_core/training/hilbert_training.h>
 #include <support/hilbert_oracle.h>
 #include <support/seeded_scans.h>
@@ -31,32 +32,14 @@ Eigen::Vector3d anchorCorner(const HilbertFrame& frame)
   return frame.spacing_m * Eigen::Vector3d(frame.anchorSite.x, frame.anchorSite.y, frame.anchorSite.z);
 }
 
-Scan oneRay(const Eigen::Vector3d& origin, const Eigen::Vector3d& end)
-{
-  Scan scan;
-  scan.fans.emplace_back();
-  scan.fans[0].origin_map = origin;
-  scan.fans[0].returns_map.push_back(end);
-  return scan;
-}
-
-HilbertTrainingSet sampled(const Scan& scan, const RangeLimits& limits, const HilbertSampling& sampling,
-                           const HilbertFrame& frame, RayCounts* counts = nullptr)
-{
-  HilbertSampler sampler;
-  SelectedRays rays = selectRays(scan, limits);
-  HilbertTrainingSet set = sampler.sample(rays, sampling, frame);
-  if (counts != nullptr) *counts = rays.counts;
-  return set;
-}
-
 // A hit at 2 m: free at 1.85, 1.55, …, 0.05 m.
-TEST(HilbertSampler, SamplesRunBackwardsFromTheHit)
+TEST(HilbertTrainingSet, SamplesRunBackwardsFromTheHit)
 {
   HilbertSampling sampling;
   sampling.trainingPoints = HilbertPoints::Points;
   const HilbertFrame frame = *HilbertFrame::inMap({0.3, 0.3, 0.3}, kResolution, kSpacing, {});
-  const HilbertTrainingSet set = sampled(oneRay({0.3, 0.3, 0.3}, {2.3, 0.3, 0.3}), {}, sampling, frame);
+  const HilbertTrainingSet set =
+      trainingSetOf(scanWith({fanOf({0.3, 0.3, 0.3}, {{2.3, 0.3, 0.3}})}), {}, sampling, frame);
   ASSERT_EQ(set.size(), 8u);
   EXPECT_EQ(set.labels[0], 1.0f);
   EXPECT_EQ(set.weights[0], 2.0f);
@@ -70,27 +53,25 @@ TEST(HilbertSampler, SamplesRunBackwardsFromTheHit)
   }
 }
 
-TEST(HilbertSampler, RaysWithoutAReturnAreFreeUpToTheirEnd)
+TEST(HilbertTrainingSet, RaysWithoutAReturnAreFreeUpToTheirEnd)
 {
-  Scan scan;
-  scan.fans.emplace_back();
-  scan.fans[0].noReturnDirections_map.push_back({0, 0, 5});
+  const Scan scan = scanWith({fanOf({0, 0, 0}, {}, {{0, 0, 5}})});
   HilbertSampling sampling;
   sampling.trainingPoints = HilbertPoints::Points;
   const HilbertFrame frame = *HilbertFrame::inMap({0, 0, 0}, kResolution, kSpacing, {});
   RangeLimits limits;
   limits.max_m = 1.0;
-  const HilbertTrainingSet set = sampled(scan, limits, sampling, frame);
+  const HilbertTrainingSet set = trainingSetOf(scan, limits, sampling, frame);
   ASSERT_EQ(set.size(), 4u);  // 1.0, 0.7, 0.4, 0.1
   EXPECT_NEAR(set.points[0].z() + anchorCorner(frame).z(), 1.0, 1e-7);
   EXPECT_NEAR(set.points[3].z() + anchorCorner(frame).z(), 0.1, 1e-7);
   limits.noReturnIsFree = false;
   RayCounts counts;
-  EXPECT_EQ(sampled(scan, limits, sampling, frame, &counts).size(), 0u);
+  EXPECT_EQ(trainingSetOf(scan, limits, sampling, frame, &counts).size(), 0u);
   EXPECT_EQ(counts.unbounded, 1u);
 }
 
-TEST(HilbertSamplerProperty, CellsCountOnceAndNoFreeCellHasAHit)
+TEST(HilbertTrainingSetProperty, CellsCountOnceAndNoFreeCellHasAHit)
 {
   for (unsigned seed = 1; seed <= 40; ++seed)
   {
@@ -104,28 +85,31 @@ TEST(HilbertSamplerProperty, CellsCountOnceAndNoFreeCellHasAHit)
     sampling.freeMargin = random.pick<double>({0.0, 0.15, 0.4});
     RangeLimits limits;
     limits.max_m = random.pick<double>({0.0, 1.5});
-    const Eigen::Vector3d near = scan.fans[0].origin_map;
+    const Eigen::Vector3d near = scan.fans[0].centre;
     const HilbertFrame frame = *HilbertFrame::inMap(near, kResolution, kSpacing, {});
     RayCounts counts;
-    const HilbertTrainingSet set = sampled(scan, limits, sampling, frame, &counts);
+    const HilbertTrainingSet set = trainingSetOf(scan, limits, sampling, frame, &counts);
 
     // By the definition, in the map's own coordinates.
     std::set<Key> hits;
     const SelectedRays rays = selectRays(scan, limits);
     std::vector<Eigen::Vector3d> samples;
-    for (const SelectedFan& fan : rays.fans)
+    for (const RayFan& fan : rays.scan.fans)
     {
       std::map<Key, std::vector<Eigen::Vector3d>> hitGroups, freeGroups;
-      for (const auto& end : fan.hitEnds_map) hitGroups[keyOf(end, kResolution)].push_back(end);
-      for (const auto& ray : fan.freeRays_map)
-        freeGroups[keyOf(fan.origin_map + ray, kResolution)].push_back(fan.origin_map + ray);
+      for (const Ray& ray : fan.rays)
+      {
+        const bool returned = ray.meaning == RayEnd::Return;
+        const Eigen::Vector3d end = returned ? ray.end : Eigen::Vector3d(fan.centre + ray.end);
+        (returned ? hitGroups : freeGroups)[keyOf(end, kResolution)].push_back(end);
+      }
       const auto sample = [&](const std::vector<Eigen::Vector3d>& group, double margin)
       {
         Eigen::Vector3d mean = Eigen::Vector3d::Zero();
         for (const auto& end : group) mean += end / static_cast<double>(group.size());
-        const Eigen::Vector3d ray = mean - fan.origin_map;
+        const Eigen::Vector3d ray = mean - fan.centre;
         for (double t = ray.norm() - margin; t >= 0; t -= sampling.freeResolution)
-          samples.push_back(fan.origin_map + ray.normalized() * t);
+          samples.push_back(fan.centre + ray.normalized() * t);
       };
       for (const auto& [key, group] : hitGroups)
       {
@@ -157,20 +141,17 @@ TEST(HilbertSamplerProperty, CellsCountOnceAndNoFreeCellHasAHit)
   }
 }
 
-TEST(HilbertSampler, UnusableRaysAreCountedAndLeftOut)
+TEST(HilbertTrainingSet, UnusableRaysAreCountedAndLeftOut)
 {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-  Scan scan = oneRay({0, 0, 0}, {nan, 0, 0});
-  scan.fans[0].returns_map.push_back({0, inf, 0});
-  scan.fans[0].returns_map.push_back({0, 0, 0});
-  scan.fans[0].returns_map.push_back({1e7, 0, 0});
+  const Scan scan = scanWith({fanOf({0, 0, 0}, {{nan, 0, 0}, {0, inf, 0}, {0, 0, 0}, {1e7, 0, 0}})});
   const HilbertFrame frame = *HilbertFrame::inMap({0, 0, 0}, 0.1, kSpacing, {});
   for (const HilbertPoints kind : {HilbertPoints::Cells, HilbertPoints::Points})
   {
     HilbertSampling sampling;
     sampling.trainingPoints = kind;
     RayCounts counts;
-    EXPECT_EQ(sampled(scan, {}, sampling, frame, &counts).size(), 0u);
+    EXPECT_EQ(trainingSetOf(scan, {}, sampling, frame, &counts).size(), 0u);
     EXPECT_EQ(counts.notFinite, 2u);
     EXPECT_EQ(counts.tooNear, 1u);
     EXPECT_EQ(counts.outside, 1u);
@@ -178,20 +159,39 @@ TEST(HilbertSampler, UnusableRaysAreCountedAndLeftOut)
   }
 }
 
-TEST(HilbertSampling, RefusesBadOptions)
+TEST(HilbertInference, RefusesBadSampling)
 {
   const auto refused = [](auto&& change)
   {
-    HilbertSampling sampling;
-    change(sampling);
-    EXPECT_THROW(sampling.validate(), std::invalid_argument);
+    HilbertInference inference;
+    change(inference);
+    EXPECT_THROW(inference.validate({}), std::invalid_argument);
   };
   refused([](HilbertSampling& s) { s.freeMargin = -1; });
   refused([](HilbertSampling& s) { s.freeResolution = 0; });
   refused([](HilbertSampling& s) { s.freeResolution = std::nan(""); });
   refused([](HilbertSampling& s) { s.hitWeight = 0; });
   refused([](HilbertSampling& s) { s.freeWeight = -0.1; });
-  EXPECT_NO_THROW(HilbertSampling{}.validate());
+  EXPECT_NO_THROW(HilbertInference{}.validate({}));
+}
+
+// A width is in cells of 0.125 m, and the same along all axes; the plane of a planar map has no thickness.
+TEST(HilbertTrainingSet, TakesWidthsAndUncertainty)
+{
+  const HilbertFrame frame = *HilbertFrame::inMap({0, 0, 0}, kResolution, kSpacing, {});
+  HilbertTrainingSet set;
+  set.add(TrainingPoint{{0, 0, 0}, true, 2, 0}, frame);
+  EXPECT_TRUE(set.covariances.empty());
+  set.add(TrainingPoint{{1, 0, 0}, false, 1, 2}, frame);
+  ASSERT_EQ(set.covariances.size(), 2u);
+  EXPECT_TRUE(set.covariances[0].isZero(0));
+  EXPECT_EQ(set.covariances[1], Eigen::Matrix3d(Eigen::Matrix3d::Identity() / 16));
+  HilbertUncertainty uncertainty;
+  uncertainty.point = Eigen::Vector3d(1, 4, 9).asDiagonal();
+  set.blur(1, uncertainty, {1, 0, 0}, true);
+  EXPECT_TRUE(set.covariances[0].isZero(0));
+  EXPECT_EQ(set.covariances[1],
+            Eigen::Matrix3d(Eigen::Vector3d(1 + 1.0 / 16, 4 + 1.0 / 16, 1.0 / 16).asDiagonal()));
 }
 
 // A point p moved by a pose (t, ω): p + t + ω × (p − centre), by drawing.

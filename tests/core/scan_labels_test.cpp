@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
-#include <lamap_core/scan/scan_labels.h>
+#include <lamap_core/training/scan_labels.h>
+#include <support/seeded_scans.h>
 
 #include <algorithm>
 #include <cmath>
@@ -28,11 +29,7 @@ Cells rowOfCells(int first, int last)
 Scan scanOf(const Eigen::Vector3d& origin, const std::vector<Eigen::Vector3d>& returns,
             const std::vector<Eigen::Vector3d>& noReturns = {})
 {
-  RayFan fan;
-  fan.origin_map = origin;
-  fan.returns_map = returns;
-  fan.noReturnDirections_map = noReturns;
-  return {{fan}};
+  return scanWith({fanOf(origin, returns, noReturns)});
 }
 
 const Eigen::Vector3d kOrigin(0.5, 0.5, 0.5);
@@ -91,7 +88,7 @@ TEST(ScanLabels, ACellSeenFromTwoPlacesStandsOnce)
 {
   Scan scan = scanOf(kOrigin, {{10.5, 0.5, 0.5}});
   scan.fans.push_back(scan.fans.front());
-  scan.fans.back().origin_map.y() = 3.5;
+  scan.fans.back().centre.y() = 3.5;
   EXPECT_EQ(labelCells(scan, metreCells()).occupied, rowOfCells(10, 10));
 }
 

@@ -167,9 +167,11 @@ TEST(BgkMrptMap, RaysLeftOutAreCountedAndToldOnce)
   CBGKMap map;
   map.logging_enable_console_output = false;
   map.logging_enable_keep_record = true;
-  lamap::RayFan fan;
-  fan.returns_map = {{1, 0, 0}, {kNaN, 0, 0}, {std::numeric_limits<double>::infinity(), 0, 0}, {1e300, 0, 0}};
-  for (int i = 0; i < 5; ++i) EXPECT_TRUE(map.insertScan({{fan}}));
+  const double infinity = std::numeric_limits<double>::infinity();
+  lamap::Scan scan;
+  scan.fans.emplace_back();
+  for (const double x : {1.0, static_cast<double>(kNaN), infinity, 1e300}) scan.fans[0].addReturn({x, 0, 0});
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(map.insertScan(scan));
   const auto facts = map.facts();
   const auto factOf = [&](const std::string& name)
   {
@@ -185,9 +187,9 @@ TEST(BgkMrptMap, RaysLeftOutAreCountedAndToldOnce)
   size_t told = 0;
   for (size_t at = log.find("NaN"); at != std::string::npos; at = log.find("NaN", at + 1)) ++told;
   EXPECT_EQ(told, 1u) << log;
-  lamap::RayFan hopeless;
-  hopeless.returns_map = {{kNaN, 0, 0}};
-  EXPECT_FALSE(map.insertScan({{hopeless}}));
+  lamap::Scan hopeless;
+  hopeless.fans.emplace_back().addReturn({kNaN, 0, 0});
+  EXPECT_FALSE(map.insertScan(hopeless));
 }
 
 TEST(BgkMrptMap, IllegalInsertionOptionsAreRefusedByName)
@@ -278,18 +280,20 @@ TEST(BgkMrptMap, ARayAndAPointCloudAreScans)
   points.insertPoint(2.0f, -0.5f, 0.75f);
   CBGKMap cloud;
   cloud.insertPointCloud(points, 0.5f, 0.25f, 0.125f);
-  lamap::RayFan fan;
-  fan.origin_map = {0.5, 0.25, 0.125};
-  fan.returns_map = {{1, 0.5, 0.25}, {2, -0.5, 0.75}};
-  CBGKMap scan;
-  scan.insertScan({{fan}});
-  EXPECT_EQ(bytesOf(cloud), bytesOf(scan));
+  lamap::Scan scan;
+  lamap::RayFan& fan = scan.fans.emplace_back();
+  fan.centre = {0.5, 0.25, 0.125};
+  fan.addReturn({1, 0.5, 0.25});
+  fan.addReturn({2, -0.5, 0.75});
+  CBGKMap byScan;
+  byScan.insertScan(scan);
+  EXPECT_EQ(bytesOf(cloud), bytesOf(byScan));
 
   CBGKMap ray;
   ray.insertRay(1.0f, 0.5f, 0.25f, 0.5f, 0.25f, 0.125f);
-  fan.returns_map.resize(1);
+  fan.rays.resize(1);
   CBGKMap one;
-  one.insertScan({{fan}});
+  one.insertScan(scan);
   EXPECT_EQ(bytesOf(ray), bytesOf(one));
 }
 

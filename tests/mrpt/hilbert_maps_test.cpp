@@ -4,6 +4,7 @@
 #include <lamap_mrpt/maps/CHilbertMap.h>
 #include <lamap_mrpt/maps/COverlappingHilbertMap.h>
 #include <lamap_mrpt/maps/uncertain_inputs.h>
+#include <lamap_mrpt/observations/pose_covariance.h>
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
@@ -412,25 +413,25 @@ TYPED_TEST(HilbertMaps, APlanarMapTakesAnyHeight)
 
 TYPED_TEST(HilbertMaps, ScansThatTeachLittleGiveFiniteMaps)
 {
-  lamap::RayFan fan;
-  fan.origin_map = {0, 0, 0.5};
-  std::vector<lamap::RayFan> fans;
-  fan.returns_map = {{1, 0, 0.5}};
-  fans.push_back(fan);  // a single point
-  fan.returns_map.assign(50, {1, 0, 0.5});
-  fans.push_back(fan);  // all at one place
-  fan.returns_map.clear();
-  fan.noReturnDirections_map = {{1, 0, 0}, {0, 1, 0}};
+  lamap::Scan scan;
+  lamap::RayFan& fan = scan.fans.emplace_back();
+  fan.centre = {0, 0, 0.5};
+  std::vector<lamap::Scan> scans;
+  fan.addReturn({1, 0, 0.5});
+  scans.push_back(scan);  // a single point
+  fan.rays.assign(50, fan.rays.front());
+  scans.push_back(scan);  // all at one place
+  fan.rays = {{{1, 0, 0}, lamap::RayEnd::NoReturn, 0}, {{0, 1, 0}, lamap::RayEnd::NoReturn, 0}};
   fan.statedRangeMax_m = 2;
-  fans.push_back(fan);  // free space only
+  scans.push_back(scan);  // free space only
   for (Settings settings : kinds<TypeParam>())
   {
     settings.emplace_back("insertOpts.freeMargin", "0");
-    for (const lamap::RayFan& each : fans)
+    for (const lamap::Scan& each : scans)
     {
       TypeParam map = made<TypeParam>(settings);
-      map.insertScan({{each}});
-      map.insertScan({{each}});
+      map.insertScan(each);
+      map.insertScan(each);
       map.visitCells([](const lamap::CellIndex&, const lamap::CellEstimate& estimate)
                      { ASSERT_TRUE(estimate.prob >= 0 && estimate.prob <= 1) << estimate.prob; });
     }
@@ -464,11 +465,21 @@ TYPED_TEST(HilbertMaps, ZeroCovarianceIsACertainPose)
 }
 
 // A turn about the vertical by σ moves a point at distance d sideways by σ·d.
+/// Of the points of a sensor that is anywhere on the robot.
+lamap::HilbertUncertainty uncertaintyAt(const mrpt::poses::CPose3DPDFGaussian& robot,
+                                        const Eigen::Vector3d& sensor_map)
+{
+  lamap::HilbertUncertainty uncertainty;
+  uncertainty.pose = lamap::covarianceOfSensor(robot, sensor_map);
+  uncertainty.centre = sensor_map;
+  return uncertainty;
+}
+
 TEST(UncertainInputs, ATurnOfTheRobotSpreadsFarPointsSideways)
 {
   mrpt::poses::CPose3DPDFGaussian pose(CPose3D(1, 2, 0, 0.5, 0, 0));
   pose.cov(3, 3) = 0.01;
-  const auto uncertainty = lamap::uncertaintyOf(pose);
+  const auto uncertainty = uncertaintyAt(pose, {1, 2, 0});
   const Eigen::Vector3d point =
       Eigen::Vector3d(1, 2, 0) + 4.0 * Eigen::Vector3d(std::cos(0.5), std::sin(0.5), 0);
   const Eigen::Matrix3d covariance = uncertainty.of(point, {1, 2, 0});
@@ -499,7 +510,7 @@ TEST(UncertainInputs, FollowsMrptsAnglesToFirstOrder)
     backward[i] -= 1e-6;
     const Eigen::Vector3d slope = (pointAt(forward) - pointAt(backward)) / 2e-6;
     const Eigen::Matrix3d due = 0.01 * slope * slope.transpose();
-    const Eigen::Matrix3d covariance = lamap::uncertaintyOf(pose).of(pointAt(mean), {1, -2, 0.5});
+    const Eigen::Matrix3d covariance = uncertaintyAt(pose, {3, 1, 0.25}).of(pointAt(mean), {1, -2, 0.5});
     EXPECT_LT((covariance - due).norm(), 1e-8) << "of number " << i << "\n" << covariance << "\n" << due;
   }
 }

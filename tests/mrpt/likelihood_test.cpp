@@ -34,9 +34,11 @@ double byHand(const CBGKMap& map, const mrpt::obs::CObservation& observation, co
   size_t number = 0;
   double sum = 0;
   for (const auto& fan : scan->fans)
-    for (const auto& end : fan.returns_map)
+    for (const auto& ray : fan.rays)
     {
-      if (number++ % options.decimation != 0 || !end.allFinite()) continue;
+      const Eigen::Vector3d end = scan->inMap(ray.end);
+      if (number++ % options.decimation != 0 || ray.meaning != lamap::RayEnd::Return || !end.allFinite())
+        continue;
       const CellIndex cell = *lamap::cellAt(end, map.resolution());
       const auto own = map.estimateCell(cell);
       double prob = own ? own->prob : options.unobservedProb;

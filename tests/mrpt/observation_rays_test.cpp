@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/observations/observation_rays.h>
 #include <mrpt/io/lazy_load_path.h>
 #include <mrpt/maps/CSimplePointsMap.h>
@@ -12,6 +13,7 @@
 #include <mrpt/obs/CRawlog.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -70,14 +72,45 @@ void expectNear(const Eigen::Vector3d& actual, const Eigen::Vector3d& expected, 
       << actual.transpose() << " instead of " << expected.transpose();
 }
 
+/// A fan whose rays are turned into the map's frame.
+struct FanInMap
+{
+  FanInMap(const Scan& scan, const lamap::RayFan& fan)
+      : centre(scan.inMap(fan.centre)),
+        statedRangeMin_m(fan.statedRangeMin_m),
+        statedRangeMax_m(fan.statedRangeMax_m),
+        rays(fan.rays)
+  {
+    for (const lamap::Ray& ray : fan.rays)
+    {
+      if (ray.meaning == lamap::RayEnd::Return)
+        returns.push_back(scan.inMap(ray.end));
+      else if (ray.meaning == lamap::RayEnd::NoReturn)
+        noReturns.push_back(scan.turnedToMap(ray.end));
+    }
+  }
+  [[nodiscard]] std::size_t countOf(lamap::RayEnd meaning) const
+  {
+    return static_cast<std::size_t>(std::count_if(
+        rays.begin(), rays.end(), [&](const lamap::Ray& ray) { return ray.meaning == meaning; }));
+  }
+
+  Eigen::Vector3d centre;
+  std::vector<Eigen::Vector3d> returns;
+  std::vector<Eigen::Vector3d> noReturns;  ///< their directions
+  double statedRangeMin_m;
+  double statedRangeMax_m;
+  std::vector<lamap::Ray> rays;  ///< as they are
+};
+
 /// The only fan of an observation seen from kRobot.
-lamap::RayFan onlyFan(const mrpt::obs::CObservation& observation)
+FanInMap onlyFan(const mrpt::obs::CObservation& observation)
 {
   EXPECT_TRUE(supportsObservation(observation));
   const std::optional<Scan> scan = raysOf(observation, poseOf(kRobot));
   EXPECT_TRUE(scan.has_value());
   EXPECT_EQ(scan->fans.size(), 1u);
-  return scan->fans.at(0);
+  return {*scan, scan->fans.at(0)};
 }
 
 std::string messageOf(const mrpt::obs::CObservation& observation)
@@ -153,12 +186,12 @@ CObservation2DRangeScan scanOf(const std::vector<float>& ranges)
 TEST(RaysOf2DRangeScan, EndPointsAreComposedOfRobotAndSensorPose)
 {
   const auto fan = onlyFan(scanOf({2, 3, 4}));
-  expectNear(fan.origin_map, inMap({0, 0, 0}));
-  ASSERT_EQ(fan.returns_map.size(), 3u);
-  expectNear(fan.returns_map[0], inMap({0, -2, 0}), 1e-6);  // the aperture is a float
-  expectNear(fan.returns_map[1], inMap({3, 0, 0}));
-  expectNear(fan.returns_map[2], inMap({0, 4, 0}), 1e-6);
-  EXPECT_TRUE(fan.noReturnDirections_map.empty());
+  expectNear(fan.centre, inMap({0, 0, 0}));
+  ASSERT_EQ(fan.returns.size(), 3u);
+  expectNear(fan.returns[0], inMap({0, -2, 0}), 1e-6);  // the aperture is a float
+  expectNear(fan.returns[1], inMap({3, 0, 0}));
+  expectNear(fan.returns[2], inMap({0, 4, 0}), 1e-6);
+  EXPECT_TRUE(fan.noReturns.empty());
   EXPECT_EQ(fan.statedRangeMin_m, 0);
   EXPECT_EQ(fan.statedRangeMax_m, 20);
 }
@@ -168,9 +201,9 @@ TEST(RaysOf2DRangeScan, ScansFromLeftToRightWhereItSaysSo)
   auto scan = scanOf({2, 3, 4});
   scan.rightToLeft = false;
   const auto fan = onlyFan(scan);
-  ASSERT_EQ(fan.returns_map.size(), 3u);
-  expectNear(fan.returns_map[0], inMap({0, 2, 0}), 1e-6);
-  expectNear(fan.returns_map[2], inMap({0, -4, 0}), 1e-6);
+  ASSERT_EQ(fan.returns.size(), 3u);
+  expectNear(fan.returns[0], inMap({0, 2, 0}), 1e-6);
+  expectNear(fan.returns[2], inMap({0, -4, 0}), 1e-6);
 }
 
 TEST(RaysOf2DRangeScan, SpreadsTheApertureOverAllRays)
@@ -178,17 +211,17 @@ TEST(RaysOf2DRangeScan, SpreadsTheApertureOverAllRays)
   auto scan = scanOf({1, 1, 1, 1, 1});
   scan.aperture = 2.0f;
   const auto fan = onlyFan(scan);
-  ASSERT_EQ(fan.returns_map.size(), 5u);
+  ASSERT_EQ(fan.returns.size(), 5u);
   for (int i = 0; i < 5; ++i)
-    expectNear(fan.returns_map[static_cast<std::size_t>(i)],
+    expectNear(fan.returns[static_cast<std::size_t>(i)],
                inMap({std::cos(-1 + 0.5 * i), std::sin(-1 + 0.5 * i), 0}), 1e-7);
 }
 
 TEST(RaysOf2DRangeScan, SingleRayPointsForward)
 {
   const auto fan = onlyFan(scanOf({5}));
-  ASSERT_EQ(fan.returns_map.size(), 1u);
-  expectNear(fan.returns_map[0], inMap({5, 0, 0}));
+  ASSERT_EQ(fan.returns.size(), 1u);
+  expectNear(fan.returns[0], inMap({5, 0, 0}));
 }
 
 TEST(RaysOf2DRangeScan, PitchSweepsFromStartToEnd)
@@ -196,14 +229,14 @@ TEST(RaysOf2DRangeScan, PitchSweepsFromStartToEnd)
   auto scan = scanOf({1, 2, 3});
   scan.deltaPitch = 0.4;
   const auto fan = onlyFan(scan);
-  ASSERT_EQ(fan.returns_map.size(), 3u);
+  ASSERT_EQ(fan.returns.size(), 3u);
   auto middle = kSensor;
   middle[4] += 0.2;
   auto end = kSensor;
   end[4] += 0.4;
-  expectNear(fan.returns_map[0], inMap({0, -1, 0}), 1e-6);
-  expectNear(fan.returns_map[1], inMap({2, 0, 0}, middle), 1e-9);
-  expectNear(fan.returns_map[2], inMap({0, 3, 0}, end), 1e-6);
+  expectNear(fan.returns[0], inMap({0, -1, 0}), 1e-6);
+  expectNear(fan.returns[1], inMap({2, 0, 0}, middle), 1e-9);
+  expectNear(fan.returns[2], inMap({0, 3, 0}, end), 1e-6);
 }
 
 TEST(RaysOf2DRangeScan, TellsNoReturnFromRejectedAndUnusable)
@@ -214,12 +247,20 @@ TEST(RaysOf2DRangeScan, TellsNoReturnFromRejectedAndUnusable)
   for (std::size_t i = 5; i < 10; ++i) scan.setScanRangeValidity(i, false);
   const auto fan = onlyFan(scan);
 
-  ASSERT_EQ(fan.returns_map.size(), 3u);  // NaN, zero length and negative: for the selection to count
-  EXPECT_TRUE(fan.returns_map[0].hasNaN());
-  expectNear(fan.returns_map[1], fan.origin_map);
-  EXPECT_TRUE(fan.returns_map[2].hasNaN());
-  ASSERT_EQ(fan.noReturnDirections_map.size(), 5u);
-  for (const auto& direction : fan.noReturnDirections_map) expectNear(direction, directionInMap({1, 0, 0}));
+  using lamap::RayEnd;
+  ASSERT_EQ(fan.rays.size(), 10u);  // in the order of the sensor
+  const std::vector<RayEnd> due{RayEnd::Return,  RayEnd::TooNear,  RayEnd::NoReturn, RayEnd::NoReturn,
+                                RayEnd::Return,  RayEnd::NoReturn, RayEnd::NoReturn, RayEnd::NoReturn,
+                                RayEnd::Dropped, RayEnd::Dropped};
+  for (std::size_t i = 0; i < due.size(); ++i)
+  {
+    EXPECT_EQ(fan.rays[i].meaning, due[i]) << i;
+    if (due[i] != RayEnd::Return) expectNear(fan.rays[i].end, {1, 0, 0});
+  }
+  ASSERT_EQ(fan.returns.size(), 2u);  // NaN and negative: for the selection to count
+  EXPECT_TRUE(fan.returns[0].hasNaN());
+  EXPECT_TRUE(fan.returns[1].hasNaN());
+  for (const auto& direction : fan.noReturns) expectNear(direction, directionInMap({1, 0, 0}));
 }
 
 TEST(RaysOf2DRangeScan, AgreesWithMrptsOwnPointsOfARealScan)
@@ -234,7 +275,7 @@ TEST(RaysOf2DRangeScan, AgreesWithMrptsOwnPointsOfARealScan)
   points.insertionOptions.also_interpolate = false;
   const CPose3D robot = poseOf(kRobot);
   points.loadFromRangeScan(*scan, robot);
-  ASSERT_EQ(fan.returns_map.size(), points.size());
+  ASSERT_EQ(fan.returns.size(), points.size());
   ASSERT_GT(points.size(), 200u);
   for (std::size_t i = 0; i < points.size(); ++i)
   {
@@ -242,9 +283,9 @@ TEST(RaysOf2DRangeScan, AgreesWithMrptsOwnPointsOfARealScan)
     double y = 0;
     double z = 0;
     points.getPoint(i, x, y, z);
-    expectNear(fan.returns_map[i], {x, y, z}, 1e-4);
+    expectNear(fan.returns[i], {x, y, z}, 1e-4);
   }
-  EXPECT_EQ(fan.returns_map.size() + fan.noReturnDirections_map.size(), scan->getScanSize());
+  EXPECT_EQ(fan.returns.size() + fan.noReturns.size(), scan->getScanSize());
 }
 
 // ---------------------------------------------------------------------------------------
@@ -274,11 +315,11 @@ CObservation3DRangeScan depthImage()
 TEST(RaysOf3DRangeScan, DepthsAreComposedOfRobotAndSensorPose)
 {
   const auto fan = onlyFan(depthImage());
-  expectNear(fan.origin_map, inMap({0, 0, 0}));
-  ASSERT_EQ(fan.returns_map.size(), 2u);
+  expectNear(fan.centre, inMap({0, 0, 0}));
+  ASSERT_EQ(fan.returns.size(), 2u);
   // y = (cx − c)/fx · depth, z = (cy − r)/fy · depth
-  expectNear(fan.returns_map[0], inMap({4, -2, 1}), 1e-6);
-  expectNear(fan.returns_map[1], inMap({3, 0, 0}), 1e-6);
+  expectNear(fan.returns[0], inMap({4, -2, 1}), 1e-6);
+  expectNear(fan.returns[1], inMap({3, 0, 0}), 1e-6);
   EXPECT_EQ(fan.statedRangeMax_m, 6);
 }
 
@@ -287,15 +328,19 @@ TEST(RaysOf3DRangeScan, RangesAreAlongTheRayWhereTheyAreNotDepths)
   auto scan = depthImage();
   scan.range_is_depth = false;
   const auto fan = onlyFan(scan);
-  ASSERT_EQ(fan.returns_map.size(), 2u);
-  expectNear(fan.returns_map[0], inMap(4 * Eigen::Vector3d(4, -2, 1).normalized()), 1e-6);
+  ASSERT_EQ(fan.returns.size(), 2u);
+  expectNear(fan.returns[0], inMap(4 * Eigen::Vector3d(4, -2, 1).normalized()), 1e-6);
 }
 
 TEST(RaysOf3DRangeScan, PixelsWithoutDepthAreUnknownNotFree)
 {
   const auto fan = onlyFan(depthImage());
-  EXPECT_EQ(fan.returns_map.size(), 2u);
-  EXPECT_TRUE(fan.noReturnDirections_map.empty());
+  EXPECT_EQ(fan.returns.size(), 2u);
+  EXPECT_TRUE(fan.noReturns.empty());
+  ASSERT_EQ(fan.rays.size(), 6u);  // row by row
+  EXPECT_EQ(fan.countOf(lamap::RayEnd::Dropped), 4u);
+  EXPECT_EQ(fan.rays[2].meaning, lamap::RayEnd::Return);
+  expectNear(fan.rays[0].end, {1, 0.5, 0.25}, 1e-6);
 }
 
 TEST(RaysOf3DRangeScan, TakesPointsWhereThereIsNoImage)
@@ -307,9 +352,9 @@ TEST(RaysOf3DRangeScan, TakesPointsWhereThereIsNoImage)
   scan.points3D_y = {2, 0, 1};
   scan.points3D_z = {3, 0, 1};
   const auto fan = onlyFan(scan);
-  ASSERT_EQ(fan.returns_map.size(), 2u);  // (0,0,0) is MRPT's mark of an invalid point
-  expectNear(fan.returns_map[0], inMap({1, 2, 3}));
-  EXPECT_TRUE(fan.returns_map[1].hasNaN());
+  ASSERT_EQ(fan.returns.size(), 2u);  // (0,0,0) is MRPT's mark of an invalid point
+  expectNear(fan.returns[0], inMap({1, 2, 3}));
+  EXPECT_TRUE(fan.returns[1].hasNaN());
 
   scan.points3D_z.pop_back();
   EXPECT_NE(messageOf(scan).find("3 x, 3 y and 2 z coordinates"), std::string::npos) << messageOf(scan);
@@ -325,16 +370,16 @@ TEST(RaysOf3DRangeScan, NeedsACalibrationForAnImageAlone)
 
   scan.hasPoints3D = true;
   scan.points3D_x = scan.points3D_y = scan.points3D_z = {1};
-  EXPECT_EQ(onlyFan(scan).returns_map.size(), 1u);
+  EXPECT_EQ(onlyFan(scan).returns.size(), 1u);
 }
 
 TEST(RaysOf3DRangeScan, FollowsTheLastCameraOfSeveral)
 {
   auto other = depthImage();
   other.cameraParams.fx(1);
-  expectNear(onlyFan(depthImage()).returns_map[0], inMap({4, -2, 1}), 1e-6);
-  expectNear(onlyFan(other).returns_map[0], inMap({4, -4, 1}), 1e-6);
-  expectNear(onlyFan(depthImage()).returns_map[0], inMap({4, -2, 1}), 1e-6);
+  expectNear(onlyFan(depthImage()).returns[0], inMap({4, -2, 1}), 1e-6);
+  expectNear(onlyFan(other).returns[0], inMap({4, -4, 1}), 1e-6);
+  expectNear(onlyFan(depthImage()).returns[0], inMap({4, -2, 1}), 1e-6);
 }
 
 TEST(RaysOf3DRangeScan, LoadsExternalDataAndLetsItGoAgain)
@@ -344,8 +389,8 @@ TEST(RaysOf3DRangeScan, LoadsExternalDataAndLetsItGoAgain)
   scan.rangeImage_convertToExternalStorage("depth", folder.path().string());
   ASSERT_EQ(scan.rangeImage.size(), 0);
   auto fan = onlyFan(scan);
-  ASSERT_EQ(fan.returns_map.size(), 2u);
-  expectNear(fan.returns_map[0], inMap({4, -2, 1}), 1e-6);
+  ASSERT_EQ(fan.returns.size(), 2u);
+  expectNear(fan.returns[0], inMap({4, -2, 1}), 1e-6);
   EXPECT_EQ(scan.rangeImage.size(), 0);
 
   CObservation3DRangeScan points;
@@ -357,8 +402,8 @@ TEST(RaysOf3DRangeScan, LoadsExternalDataAndLetsItGoAgain)
   points.points3D_z = {3};
   points.points3D_convertToExternalStorage("points", folder.path().string());
   fan = onlyFan(points);
-  ASSERT_EQ(fan.returns_map.size(), 1u);
-  expectNear(fan.returns_map[0], inMap({1, 2, 3}));
+  ASSERT_EQ(fan.returns.size(), 1u);
+  expectNear(fan.returns[0], inMap({1, 2, 3}));
   EXPECT_TRUE(points.points3D_x.empty());
 
   points.load();
@@ -395,7 +440,7 @@ TEST(RaysOf3DRangeScan, AgreesWithMrptsOwnPointsOfARealImage)
   parameters.robotPoseInTheWorld = robot;
   scan->unprojectInto(points, parameters);
   ASSERT_GT(points.size(), 200000u);
-  ASSERT_EQ(fan.returns_map.size(), points.size());
+  ASSERT_EQ(fan.returns.size(), points.size());
   double farthest = 0;
   for (std::size_t i = 0; i < points.size(); ++i)
   {
@@ -403,7 +448,7 @@ TEST(RaysOf3DRangeScan, AgreesWithMrptsOwnPointsOfARealImage)
     double y = 0;
     double z = 0;
     points.getPoint(i, x, y, z);
-    farthest = std::max(farthest, (fan.returns_map[i] - Eigen::Vector3d(x, y, z)).norm());
+    farthest = std::max(farthest, (fan.returns[i] - Eigen::Vector3d(x, y, z)).norm());
   }
   EXPECT_LT(farthest, 1e-4);
 }
@@ -425,10 +470,10 @@ CObservationPointCloud pointCloud()
 TEST(RaysOfPointCloud, PointsAreComposedOfRobotAndSensorPose)
 {
   const auto fan = onlyFan(pointCloud());
-  expectNear(fan.origin_map, inMap({0, 0, 0}));
-  ASSERT_EQ(fan.returns_map.size(), 2u);
-  expectNear(fan.returns_map[0], inMap({1, 2, 3}));
-  expectNear(fan.returns_map[1], inMap({100, -50, 7}));
+  expectNear(fan.centre, inMap({0, 0, 0}));
+  ASSERT_EQ(fan.returns.size(), 2u);
+  expectNear(fan.returns[0], inMap({1, 2, 3}));
+  expectNear(fan.returns[1], inMap({100, -50, 7}));
   EXPECT_EQ(fan.statedRangeMin_m, 0);
   EXPECT_EQ(fan.statedRangeMax_m, 0);
 }
@@ -438,14 +483,14 @@ TEST(RaysOfPointCloud, KeepsUnusablePointsToBeCounted)
   auto cloud = pointCloud();
   cloud.pointcloud->insertPoint(kNaN, 0, 0);
   const auto fan = onlyFan(cloud);
-  ASSERT_EQ(fan.returns_map.size(), 3u);
-  EXPECT_TRUE(fan.returns_map[2].hasNaN());
+  ASSERT_EQ(fan.returns.size(), 3u);
+  EXPECT_TRUE(fan.returns[2].hasNaN());
 }
 
 TEST(RaysOfPointCloud, WithoutCloudHasNoRays)
 {
   const auto fan = onlyFan(CObservationPointCloud());
-  EXPECT_TRUE(fan.returns_map.empty());
+  EXPECT_TRUE(fan.returns.empty());
 }
 
 TEST(RaysOfPointCloud, LoadsExternalDataAndLetsItGoAgain)
@@ -456,8 +501,8 @@ TEST(RaysOfPointCloud, LoadsExternalDataAndLetsItGoAgain)
   cloud.unload();  // writes it
   ASSERT_FALSE(cloud.pointcloud);
   const auto fan = onlyFan(cloud);
-  ASSERT_EQ(fan.returns_map.size(), 2u);
-  expectNear(fan.returns_map[0], inMap({1, 2, 3}));
+  ASSERT_EQ(fan.returns.size(), 2u);
+  expectNear(fan.returns[0], inMap({1, 2, 3}));
   EXPECT_FALSE(cloud.pointcloud);
 
   cloud.load();
@@ -482,10 +527,10 @@ TEST(RaysOfVelodyneScan, PointsAreComposedOfRobotAndSensorPose)
   velodyne.point_cloud.y = {2, 5};
   velodyne.point_cloud.z = {3, 6};
   const auto fan = onlyFan(velodyne);
-  expectNear(fan.origin_map, inMap({0, 0, 0}));
-  ASSERT_EQ(fan.returns_map.size(), 2u);
-  expectNear(fan.returns_map[0], inMap({1, 2, 3}));
-  expectNear(fan.returns_map[1], inMap({4, 5, 6}));
+  expectNear(fan.centre, inMap({0, 0, 0}));
+  ASSERT_EQ(fan.returns.size(), 2u);
+  expectNear(fan.returns[0], inMap({1, 2, 3}));
+  expectNear(fan.returns[1], inMap({4, 5, 6}));
   EXPECT_EQ(fan.statedRangeMin_m, 0.5);
   EXPECT_EQ(fan.statedRangeMax_m, 70);
 }
@@ -520,10 +565,10 @@ TEST(RaysOfVelodyneScan, ReadsPacketsWhereNoPointsWereGenerated)
 {
   const auto velodyne = onePacket(5000);
   const auto fan = onlyFan(velodyne);
-  ASSERT_EQ(fan.returns_map.size(), 1u);
+  ASSERT_EQ(fan.returns.size(), 1u);
   const double elevation = M_PI / 180;
   // MRPT's table of azimuths is off by up to 0.01°.
-  expectNear(fan.returns_map[0], inMap({0, -10 * std::cos(elevation), 10 * std::sin(elevation)}), 2e-3);
+  expectNear(fan.returns[0], inMap({0, -10 * std::cos(elevation), 10 * std::sin(elevation)}), 2e-3);
   EXPECT_EQ(velodyne.point_cloud.size(), 0u) << "the observation stays as it was";
 }
 
@@ -531,7 +576,7 @@ TEST(RaysOfVelodyneScan, KeepsReturnsFromTheLeastRangeThatItStates)
 {
   auto velodyne = onePacket(300);  // 0.6 m, below MRPT's default of 1 m
   velodyne.minRange = 0.5;
-  EXPECT_EQ(onlyFan(velodyne).returns_map.size(), 1u);
+  EXPECT_EQ(onlyFan(velodyne).returns.size(), 1u);
 }
 
 TEST(RaysOfVelodyneScan, UnknownCalibrationIsNamed)
@@ -551,9 +596,9 @@ TEST(RaysOfVelodyneScan, ReadsARealScan)
   velodyne->generatePointCloud();
   const auto& points = velodyne->point_cloud;
   ASSERT_GT(points.size(), 10000u);
-  ASSERT_EQ(fan.returns_map.size(), points.size());
+  ASSERT_EQ(fan.returns.size(), points.size());
   for (std::size_t i = 0; i < points.size(); i += 100)
-    expectNear(fan.returns_map[i], inMap({points.x[i], points.y[i], points.z[i]}));
+    expectNear(fan.returns[i], inMap({points.x[i], points.y[i], points.z[i]}));
 }
 
 // --------------------------------------------------------------------------------------
@@ -581,13 +626,13 @@ TEST(RaysOfRotatingScan, SingleRowIsComposedOfRobotAndSensorPose)
   rotating.rangeImage(0, 2) = 300;
   rotating.rangeImage(0, 3) = 400;
   const auto fan = onlyFan(rotating);
-  expectNear(fan.origin_map, inMap({0, 0, 0}));
-  ASSERT_EQ(fan.returns_map.size(), 3u);
-  expectNear(fan.returns_map[0], inMap({0, 2, 0}));
-  expectNear(fan.returns_map[1], inMap({0, -3, 0}));
-  expectNear(fan.returns_map[2], inMap({-4, 0, 0}));
-  ASSERT_EQ(fan.noReturnDirections_map.size(), 1u);
-  expectNear(fan.noReturnDirections_map[0], directionInMap({1, 0, 0}));
+  expectNear(fan.centre, inMap({0, 0, 0}));
+  ASSERT_EQ(fan.returns.size(), 3u);
+  expectNear(fan.returns[0], inMap({0, 2, 0}));
+  expectNear(fan.returns[1], inMap({0, -3, 0}));
+  expectNear(fan.returns[2], inMap({-4, 0, 0}));
+  ASSERT_EQ(fan.noReturns.size(), 1u);
+  expectNear(fan.noReturns[0], directionInMap({1, 0, 0}));
   EXPECT_EQ(fan.statedRangeMin_m, 0.5);
   EXPECT_EQ(fan.statedRangeMax_m, 90);
 }
@@ -601,11 +646,11 @@ TEST(RaysOfRotatingScan, VelodyneRowsHaveTheirElevations)
   rotating.rangeImage(0, 1) = 1000;  // laser 0: 15° below the horizon
   rotating.rangeImage(1, 1) = 1000;  // laser 1: 1° above
   const auto fan = onlyFan(rotating);
-  ASSERT_EQ(fan.returns_map.size(), 2u);
+  ASSERT_EQ(fan.returns.size(), 2u);
   const double degree = M_PI / 180;
-  expectNear(fan.returns_map[0], inMap({0, 10 * std::cos(15 * degree), -10 * std::sin(15 * degree)}), 1e-6);
-  expectNear(fan.returns_map[1], inMap({0, 10 * std::cos(degree), 10 * std::sin(degree)}), 1e-6);
-  EXPECT_EQ(fan.noReturnDirections_map.size(), 16u * 5u - 2u);
+  expectNear(fan.returns[0], inMap({0, 10 * std::cos(15 * degree), -10 * std::sin(15 * degree)}), 1e-6);
+  expectNear(fan.returns[1], inMap({0, 10 * std::cos(degree), 10 * std::sin(degree)}), 1e-6);
+  EXPECT_EQ(fan.noReturns.size(), 16u * 5u - 2u);
 }
 
 TEST(RaysOfRotatingScan, ReadsColumnsAsFromVelodyneFillsThem)
@@ -616,10 +661,10 @@ TEST(RaysOfRotatingScan, ReadsColumnsAsFromVelodyneFillsThem)
   rotating.azimuthSpan = 2 * M_PI;
   rotating.rangeImage(1, 6) = 1000;  // a quarter of the way, clockwise: to the right
   const auto fan = onlyFan(rotating);
-  ASSERT_EQ(fan.returns_map.size(), 1u);
+  ASSERT_EQ(fan.returns.size(), 1u);
   const double degree = M_PI / 180;
-  expectNear(fan.returns_map[0], inMap({0, -10 * std::cos(degree), 10 * std::sin(degree)}), 1e-6);
-  EXPECT_EQ(fan.noReturnDirections_map.size(), 15u) << "columns without any return were not measured";
+  expectNear(fan.returns[0], inMap({0, -10 * std::cos(degree), 10 * std::sin(degree)}), 1e-6);
+  EXPECT_EQ(fan.noReturns.size(), 15u) << "columns without any return were not measured";
 }
 
 TEST(RaysOfRotatingScan, RowsOfAnUnknownModelAreNotGuessed)
@@ -647,21 +692,21 @@ TEST(RaysOfRotatingScan, RealVelodyneImageMeetsThePointsOfItsPackets)
   rotating->sensorPose = velodyne->sensorPose = poseOf(kSensor);
   const auto image = onlyFan(*rotating);
   const auto packets = onlyFan(*velodyne);
-  ASSERT_EQ(image.returns_map.size(), packets.returns_map.size());
+  ASSERT_EQ(image.returns.size(), packets.returns.size());
 
   // Both hold the firings in order, but for the order within a firing. The image forgets that the lasers of a
   // firing fire one after the other: 0.13° of a turn at most, and 0.2° more where the speed of turning
   // varies.
   std::size_t unmatched = 0;
-  for (std::size_t i = 0; i < image.returns_map.size(); ++i)
+  for (std::size_t i = 0; i < image.returns.size(); ++i)
   {
-    const double range = (image.returns_map[i] - image.origin_map).norm();
+    const double range = (image.returns[i] - image.centre).norm();
     double nearest = std::numeric_limits<double>::max();
-    for (std::size_t j = i < 100 ? 0 : i - 100; j < std::min(i + 100, packets.returns_map.size()); ++j)
-      nearest = std::min(nearest, (image.returns_map[i] - packets.returns_map[j]).norm());
+    for (std::size_t j = i < 100 ? 0 : i - 100; j < std::min(i + 100, packets.returns.size()); ++j)
+      nearest = std::min(nearest, (image.returns[i] - packets.returns[j]).norm());
     if (nearest > range * 0.33 * M_PI / 180) ++unmatched;
   }
-  EXPECT_EQ(unmatched, 0u) << "of " << image.returns_map.size();
+  EXPECT_EQ(unmatched, 0u) << "of " << image.returns.size();
 }
 
 TEST(RaysOfRotatingScan, ReadsARealSingleRow)
@@ -670,13 +715,13 @@ TEST(RaysOfRotatingScan, ReadsARealSingleRow)
   if (!rotating) GTEST_SKIP() << "needs " << kDatasets << " (Debian package mrpt-common, MRPT 2.5)";
   rotating->sensorPose = poseOf(kSensor);
   const auto fan = onlyFan(*rotating);
-  EXPECT_EQ(fan.returns_map.size(), 359u);
-  EXPECT_EQ(fan.noReturnDirections_map.size(), 2u);
+  EXPECT_EQ(fan.returns.size(), 359u);
+  EXPECT_EQ(fan.noReturns.size(), 2u);
   // 361 rays over 180°: the middle one looks forward.
   ASSERT_NE(rotating->rangeImage(0, 180), 0);
   const Eigen::Vector3d forward = inMap({rotating->rangeImage(0, 180) * 0.01, 0, 0});
   double nearest = std::numeric_limits<double>::max();
-  for (const auto& point : fan.returns_map) nearest = std::min(nearest, (point - forward).norm());
+  for (const auto& point : fan.returns) nearest = std::min(nearest, (point - forward).norm());
   EXPECT_LT(nearest, 1e-9);
 }
 
@@ -702,29 +747,36 @@ TEST(RaysOfRange, EachMeasurementIsAFanFromItsOwnSensorPose)
   add(other, 4);
   add(other, -1);
   add(other, kNaN);
+  add(kSensor, 0.125f);
 
   EXPECT_TRUE(supportsObservation(ranges));
   const auto scan = raysOf(ranges, poseOf(kRobot));
   ASSERT_TRUE(scan.has_value());
-  ASSERT_EQ(scan->fans.size(), 6u);
-  const auto& fans = scan->fans;
-  expectNear(fans[0].origin_map, inMap({0, 0, 0}));
-  expectNear(fans[1].origin_map, inMap({0, 0, 0}, other));
-  ASSERT_EQ(fans[0].returns_map.size(), 1u);
-  expectNear(fans[0].returns_map[0], inMap({2.5, 0, 0}));
-  ASSERT_EQ(fans[1].returns_map.size(), 1u);
-  expectNear(fans[1].returns_map[0], inMap({1.5, 0, 0}, other));
+  ASSERT_EQ(scan->fans.size(), 7u);
+  std::vector<FanInMap> fans;
+  for (const lamap::RayFan& fan : scan->fans) fans.emplace_back(*scan, fan);
+  expectNear(scan->sensorPose_map.translation(), inMap({0, 0, 0}));
+  expectNear(fans[0].centre, inMap({0, 0, 0}));
+  expectNear(fans[1].centre, inMap({0, 0, 0}, other));
+  ASSERT_EQ(fans[0].returns.size(), 1u);
+  expectNear(fans[0].returns[0], inMap({2.5, 0, 0}));
+  ASSERT_EQ(fans[1].returns.size(), 1u);
+  expectNear(fans[1].returns[0], inMap({1.5, 0, 0}, other));
   for (const std::size_t noEcho : {2u, 3u, 4u})
   {
-    EXPECT_TRUE(fans[noEcho].returns_map.empty());
-    ASSERT_EQ(fans[noEcho].noReturnDirections_map.size(), 1u);
+    EXPECT_TRUE(fans[noEcho].returns.empty());
+    ASSERT_EQ(fans[noEcho].noReturns.size(), 1u);
   }
-  expectNear(fans[2].noReturnDirections_map[0], directionInMap({1, 0, 0}));
-  expectNear(fans[3].noReturnDirections_map[0], directionInMap({1, 0, 0}, other));
-  ASSERT_EQ(fans[5].returns_map.size(), 1u);
-  EXPECT_TRUE(fans[5].returns_map[0].hasNaN());
+  expectNear(fans[2].noReturns[0], directionInMap({1, 0, 0}));
+  expectNear(fans[3].noReturns[0], directionInMap({1, 0, 0}, other));
+  ASSERT_EQ(fans[5].returns.size(), 1u);
+  EXPECT_TRUE(fans[5].returns[0].hasNaN());
+  EXPECT_EQ(fans[6].countOf(lamap::RayEnd::TooNear), 1u);
   EXPECT_EQ(fans[0].statedRangeMin_m, 0.25);
   EXPECT_EQ(fans[0].statedRangeMax_m, 4);
+  EXPECT_NEAR(scan->fans[0].beam.halfWidth_rad, 0.5 * lamap::compat::coneApertureOf(ranges), 1e-9);
+  EXPECT_EQ(scan->fans[0].beam.halfHeight_rad, scan->fans[0].beam.halfWidth_rad);
+  EXPECT_GT(scan->fans[0].beam.halfWidth_rad, 0);
 }
 
 // ------------------------------------------------------------------------------------------------------
@@ -742,7 +794,7 @@ TEST(RaysOf, HoldsMillimetresAThousandKilometresAway)
   auto cloud = pointCloud();
   cloud.sensorPose = CPose3D();
   const auto scan = raysOf(cloud, CPose3D(1e6, 0, 0, 0, 0, 0));
-  expectNear(scan->fans[0].returns_map[0], {1e6 + 1, 2, 3}, 1e-9);
+  expectNear(scan->inMap(scan->fans[0].rays[0].end), {1e6 + 1, 2, 3}, 1e-9);
 }
 
 }  // namespace

@@ -19,18 +19,21 @@ namespace lamap::test
 inline Scan smallScan()
 {
   RayFan fan;
-  fan.origin_map = {0.13, 0.07, 0.5};
+  fan.centre = {0.13, 0.07, 0.5};
   for (int i = -6; i <= 6; ++i)
   {
-    fan.returns_map.emplace_back(2.03, 0.11 * i, 0.52);
-    fan.returns_map.emplace_back(0.09 * i, 1.57, 0.47);
-    fan.returns_map.emplace_back(0.4 + 0.02 * i, -0.3, -0.01);
+    fan.addReturn({2.03, 0.11 * i, 0.52});
+    fan.addReturn({0.09 * i, 1.57, 0.47});
+    fan.addReturn({0.4 + 0.02 * i, -0.3, -0.01});
   }
-  fan.returns_map.emplace_back(2.031, 0.0, 0.521);
-  fan.returns_map.emplace_back(0.33, 0.07, 0.5);
-  fan.noReturnDirections_map = {{-1, 0, 0}, {-1, -1, 0.1}, {0, -1, 0.3}};
+  fan.addReturn({2.031, 0.0, 0.521});
+  fan.addReturn({0.33, 0.07, 0.5});
+  for (const Eigen::Vector3d& direction : {Eigen::Vector3d(-1, 0, 0), {-1, -1, 0.1}, {0, -1, 0.3}})
+    fan.add(RayEnd::NoReturn, direction);
   fan.statedRangeMax_m = 3.0;
-  return {{fan}};
+  Scan scan;
+  scan.fans.push_back(fan);
+  return scan;
 }
 
 /// A laser scan of a room from x = −2.95 to 3.15 and y = −2.05 to 2.05 [m], one ray in twelve without return.

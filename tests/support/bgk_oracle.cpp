@@ -66,32 +66,41 @@ class Selection
   Selection(const Scan& scan, double resolution, const BgkInference& inference)
       : resolution_(resolution), inference_(inference)
   {
-    for (const RayFan& fan : scan.fans) select(fan);
+    for (const RayFan& fan : scan.fans) select(scan, fan);
   }
 
   std::vector<OracleFan> fans;
   RayCounts counts;
 
  private:
-  void select(const RayFan& fan)
+  void select(const Scan& scan, const RayFan& fan)
   {
-    fans.push_back({fan.origin_map, {}, {}});
+    const Eigen::Matrix3d turn = scan.sensorPose_map.linear();
+    const Eigen::Vector3d sensor = scan.sensorPose_map.translation();
+    const Eigen::Vector3d origin = turn * fan.centre + sensor;
+    fans.push_back({origin, {}, {}});
     const double nearest = std::max(inference_.minRange, fan.statedRangeMin_m);
     const double farthest = inference_.maxRange > 0 ? inference_.maxRange : fan.statedRangeMax_m;
-    for (const Eigen::Vector3d& end : fan.returns_map)
+    for (const Ray& given : fan.rays)
     {
       if (isDecimated()) continue;
-      if (!end.allFinite() || !fan.origin_map.allFinite())
+      if (given.meaning == RayEnd::NoReturn)
+      {
+        selectWithoutReturn(turn * given.end, origin, farthest);
+        continue;
+      }
+      const Eigen::Vector3d end = turn * given.end + sensor;
+      if (!end.allFinite() || !origin.allFinite())
       {
         ++counts.notFinite;
         continue;
       }
-      const Eigen::Vector3d ray = end - fan.origin_map;
+      const Eigen::Vector3d ray = end - origin;
       const double range = std::hypot(ray.x(), ray.y(), ray.z());
       if (range == 0 || range < nearest)
         ++counts.tooNear;
       else if (farthest > 0 && range > farthest)
-        keepFree(fan.origin_map + ray / range * farthest);
+        keepFree(origin + ray / range * farthest);
       else if (!addressable(end, resolution_))
         ++counts.outside;
       else
@@ -100,20 +109,20 @@ class Selection
         fans.back().hits.push_back(end);
       }
     }
-    for (const Eigen::Vector3d& direction : fan.noReturnDirections_map)
-    {
-      if (isDecimated()) continue;
-      const double length = std::hypot(direction.x(), direction.y(), direction.z());
-      if (!direction.allFinite() || !fan.origin_map.allFinite())
-        ++counts.notFinite;
-      else if (length == 0)
-        ++counts.tooNear;
-      else if (!inference_.considerInvalidRangesAsFreeSpace || inference_.freeSpace == FreeSpace::None ||
-               !(farthest > 0))
-        ++counts.unbounded;
-      else
-        keepFree(fan.origin_map + direction / length * farthest);
-    }
+  }
+
+  void selectWithoutReturn(const Eigen::Vector3d& direction, const Eigen::Vector3d& origin, double farthest)
+  {
+    const double length = std::hypot(direction.x(), direction.y(), direction.z());
+    if (!direction.allFinite() || !origin.allFinite())
+      ++counts.notFinite;
+    else if (length == 0)
+      ++counts.tooNear;
+    else if (!inference_.considerInvalidRangesAsFreeSpace || inference_.freeSpace == FreeSpace::None ||
+             !(farthest > 0))
+      ++counts.unbounded;
+    else
+      keepFree(origin + direction / length * farthest);
   }
 
   bool isDecimated()

@@ -1,5 +1,7 @@
 #include <support/hilbert_oracle.h>
 
+#include <lamap_core/training/sampler.h>
+
 #include <Eigen/Cholesky>
 
 #include <cmath>
@@ -9,6 +11,22 @@ namespace lamap::test
 double oracleCompactKernel(const Eigen::Vector3d& d, double gamma, double cutoff)
 {
   return std::max(0.0, std::exp(-gamma * d.squaredNorm()) - cutoff);
+}
+
+HilbertTrainingSet trainingSetOf(const Scan& scan, const RangeLimits& limits, const HilbertSampling& sampling,
+                                 const HilbertFrame& frame, RayCounts* counts)
+{
+  Sampler sampler;
+  const TrainingSet& taught = sampler.sample(selectRays(scan, limits), sampling.rules(), frame.cells, {}, 1);
+  if (counts != nullptr) *counts = taught.counts;
+  HilbertTrainingSet set;
+  set.append(taught, frame);
+  return set;
+}
+
+HilbertFrame frameAround(const Scan& scan, double resolution_m)
+{
+  return *HilbertFrame::inMap(scan.inMap(scan.fans.at(0).centre), resolution_m, 0.25, {});
 }
 
 HilbertTrainingSet randomTrainingSet(Random& random, size_t points, double halfEdge_m)

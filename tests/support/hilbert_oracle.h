@@ -13,6 +13,12 @@ namespace lamap::test
 /// k(d) = max(0, exp(−γ d²) − cutoff) by the C library.
 double oracleCompactKernel(const Eigen::Vector3d& d, double gamma, double cutoff);
 
+/// The training set of a scan, as Hilbert maps make it.
+HilbertTrainingSet trainingSetOf(const Scan& scan, const RangeLimits& limits, const HilbertSampling& sampling,
+                                 const HilbertFrame& frame, RayCounts* counts = nullptr);
+/// The lattice's frame around the first fan of a scan, for sites of 0.25 m.
+HilbertFrame frameAround(const Scan& scan, double resolution_m);
+
 /// A seeded training set in a cube; labels follow a plane, some are wrong.
 HilbertTrainingSet randomTrainingSet(Random& random, size_t points, double halfEdge_m);
 

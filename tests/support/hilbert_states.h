@@ -59,7 +59,7 @@ inline Scan roomScan(Random& random, const Eigen::Vector3d& origin, int rays, do
 {
   Scan scan;
   scan.fans.emplace_back();
-  scan.fans[0].origin_map = origin;
+  scan.fans[0].centre = origin;
   for (int i = 0; i < rays; ++i)
   {
     const Eigen::Vector3d direction = random.inCube(1.0);
@@ -68,9 +68,9 @@ inline Scan roomScan(Random& random, const Eigen::Vector3d& origin, int rays, do
       if (direction[axis] != 0)
         t = std::min(t, ((direction[axis] > 0 ? halfEdge_m : -halfEdge_m) - origin[axis]) / direction[axis]);
     if (random.chance(0.1))
-      scan.fans[0].noReturnDirections_map.push_back(direction);
+      scan.fans[0].add(RayEnd::NoReturn, direction);
     else
-      scan.fans[0].returns_map.push_back(origin + direction * (t + random.uniform(-0.01, 0.01)));
+      scan.fans[0].addReturn(origin + direction * (t + random.uniform(-0.01, 0.01)));
   }
   return scan;
 }

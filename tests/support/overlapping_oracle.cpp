@@ -2,6 +2,7 @@
 
 #include <lamap_core/scan/lattice_frame.h>
 #include <lamap_core/training/hilbert_training.h>
+#include <support/hilbert_oracle.h>
 
 #include <algorithm>
 #include <cmath>
@@ -38,11 +39,12 @@ std::pair<int, int> binOf(const Eigen::Vector3d& d, double bin_deg, bool planar,
 }
 }  // namespace
 
-void OverlappingOracle::addModel(const HilbertModel& model, const std::vector<PosedScan>& scans)
+void OverlappingOracle::addModel(const HilbertModel& model, const std::vector<Scan>& scans)
 {
   const bool planar = structure_.planar;
   Model own;
-  own.pose = planar ? inPlane(scans.front().pose) : scans.front().pose;
+  const Eigen::Isometry3d sensorPose(scans.front().sensorPose_map);
+  own.pose = planar ? inPlane(sensorPose) : sensorPose;
   own.bias = model.bias;
   const double h = structure_.latticeSpacing;
   size_t number = 0;
@@ -59,41 +61,44 @@ void OverlappingOracle::addModel(const HilbertModel& model, const std::vector<Po
     own.kernels.push_back({model.inducing[k], model.kernelWeights[k]});
 
   // The rays in the model's frame, and the training points that they give there.
-  HilbertSampler sampler;
   const HilbertFrame frame = HilbertFrame::ofModel(structure_.resolution, structure_.latticeSpacing, planar);
   std::vector<Eigen::Vector3d> points;
-  for (const PosedScan& posed : scans)
+  for (const Scan& scan : scans)
   {
-    SelectedRays rays;
-    const SelectedRays selected = selectRays(posed.scan, inference_.rangeLimits());
-    for (size_t i = 0; i < selected.fans.size(); ++i)
+    // By way of the map's frame.
+    const Eigen::Matrix3d turn = scan.sensorPose_map.linear();
+    const Eigen::Vector3d shift = scan.sensorPose_map.translation();
+    const auto toModel = [&](const Eigen::Vector3d& point)
     {
-      const RayFan& fan = posed.scan.fans[i];
-      const double stated =
-          fan.statedRangeMax_m > 0 ? fan.statedRangeMax_m : std::numeric_limits<double>::infinity();
-      SelectedFan moved;
-      const auto toModel = [&](Eigen::Vector3d p)
+      Eigen::Vector3d p = turn * point + shift;
+      if (planar) p.z() = 0;
+      return Eigen::Vector3d(own.pose.inverse() * p);
+    };
+    Scan moved;
+    for (const RayFan& fan : selectRays(scan, inference_.rangeLimits()).scan.fans)
+    {
+      RayFan movedFan;
+      movedFan.centre = toModel(fan.centre);
+      Sensor sensor{movedFan.centre, fan.statedRangeMax_m, {}};
+      if (sensor.rangeMax_m == 0) sensor.rangeMax_m = std::numeric_limits<double>::infinity();
+      for (const Ray& ray : fan.rays)
       {
-        if (planar) p.z() = 0;
-        return Eigen::Vector3d(own.pose.inverse() * p);
-      };
-      moved.origin_map = toModel(selected.fans[i].origin_map);
-      Sensor sensor{moved.origin_map, inference_.maxRange > 0 ? inference_.maxRange : stated, {}};
-      for (const Eigen::Vector3d& end : selected.fans[i].hitEnds_map)
-      {
-        moved.hitEnds_map.push_back(toModel(end));
-        sensor.rays.push_back(moved.hitEnds_map.back() - moved.origin_map);
-      }
-      for (Eigen::Vector3d ray : selected.fans[i].freeRays_map)
-      {
-        if (planar) ray.z() = 0;
-        moved.freeRays_map.emplace_back(own.pose.linear().transpose() * ray);
-        sensor.rays.push_back(moved.freeRays_map.back());
+        if (ray.meaning == RayEnd::Return)
+        {
+          movedFan.addReturn(toModel(ray.end));
+          sensor.rays.push_back(movedFan.rays.back().end - movedFan.centre);
+          continue;
+        }
+        Eigen::Vector3d inMap = turn * ray.end;
+        if (planar) inMap.z() = 0;
+        sensor.rays.emplace_back(own.pose.linear().transpose() * inMap);
+        movedFan.add(RayEnd::Cut, sensor.rays.back());
       }
       if (!sensor.rays.empty()) own.sensors.push_back(sensor);
-      rays.fans.push_back(moved);
+      moved.fans.push_back(movedFan);
     }
-    const HilbertTrainingSet& set = sampler.sample(rays, inference_, frame);
+    RangeLimits none;
+    const HilbertTrainingSet set = trainingSetOf(moved, none, inference_, frame);
     points.insert(points.end(), set.points.begin(), set.points.end());
   }
   for (int axis = 0; axis < 3; ++axis)

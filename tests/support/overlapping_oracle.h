@@ -21,7 +21,7 @@ class OverlappingOracle
   }
 
   /// The scans that one model was trained on together.
-  void addModel(const HilbertModel& model, const std::vector<PosedScan>& scans);
+  void addModel(const HilbertModel& model, const std::vector<Scan>& scans);
 
   struct Answer
   {

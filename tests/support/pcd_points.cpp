@@ -59,10 +59,11 @@ std::vector<Scan> readStructuredScans(const std::string& folder, const std::stri
   {
     RayFan fan;
     // The long-term scans are all taken from the place of the first.
-    fan.origin_map = name == "sim_structured" ? origins.at(static_cast<size_t>(i - 1)) : origins.front();
-    fan.returns_map =
-        readPcdPoints(folder + "/la3dm/" + name + "/" + name + "_" + std::to_string(i) + ".pcd");
-    scans.push_back(Scan{{fan}});
+    fan.centre = name == "sim_structured" ? origins.at(static_cast<size_t>(i - 1)) : origins.front();
+    for (const Eigen::Vector3d& point :
+         readPcdPoints(folder + "/la3dm/" + name + "/" + name + "_" + std::to_string(i) + ".pcd"))
+      fan.addReturn(point);
+    scans.emplace_back().fans.push_back(std::move(fan));
   }
   return scans;
 }

@@ -20,21 +20,24 @@ double rangeToWalls(const RoomRecipe& recipe, const Eigen::Vector3d& from, const
   return range;
 }
 
-RayFan roomFan(Random& random, const RoomRecipe& recipe, const Eigen::Vector3d& from)
+RayFan roomFan(Random& random, const RoomRecipe& recipe, const Eigen::Isometry3d& pose,
+               const Eigen::Vector3d& from_map)
 {
+  const Eigen::Isometry3d sensorFromMap = pose.inverse();
   RayFan fan;
-  fan.origin_map = from;
+  if (from_map != pose.translation()) fan.centre = sensorFromMap * from_map;
   fan.statedRangeMax_m = recipe.rangeMax_m;
   for (int i = 0; i < recipe.rays; ++i)
   {
     Eigen::Vector3d direction = random.inCube(1.0);
     if (recipe.upright) direction.z() = 0;
     direction.normalize();
-    const double range = rangeToWalls(recipe, from, direction);
+    const double range = rangeToWalls(recipe, from_map, direction);
+    const Eigen::Vector3d direction_sensor = sensorFromMap.linear() * direction;
     if (range > recipe.rangeMax_m)
-      fan.noReturnDirections_map.push_back(direction);
+      fan.add(RayEnd::NoReturn, direction_sensor);
     else
-      fan.returns_map.push_back(from + (range + random.uniform(-0.01, 0.01)) * direction);
+      fan.addReturn(fan.centre + (range + random.uniform(-0.01, 0.01)) * direction_sensor);
   }
   return fan;
 }
@@ -48,38 +51,34 @@ Eigen::Matrix3d randomRotation(Random& random, bool upright)
   return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
 }
 
-PosedScan roomScan(Random& random, const RoomRecipe& recipe)
+Scan roomScan(Random& random, const RoomRecipe& recipe)
 {
-  PosedScan posed;
   const auto inside = [&]
   {
     const Eigen::Vector3d place = random.inCube(0.7);
     return Eigen::Vector3d(recipe.centre_map + place.cwiseProduct(recipe.halfSize_m));
   };
-  posed.pose.translation() = inside();
-  posed.pose.linear() = randomRotation(random, recipe.upright);
-  posed.scan.fans.push_back(roomFan(random, recipe, posed.pose.translation()));
-  if (random.chance(0.3)) posed.scan.fans.push_back(roomFan(random, recipe, inside()));
-  return posed;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() = inside();
+  pose.linear() = randomRotation(random, recipe.upright);
+  Scan scan;
+  scan.sensorPose_map = pose;
+  scan.fans.push_back(roomFan(random, recipe, pose, pose.translation()));
+  if (random.chance(0.3)) scan.fans.push_back(roomFan(random, recipe, pose, inside()));
+  return scan;
 }
 
-std::vector<PosedScan> roomScans(Random& random, const RoomRecipe& recipe, int count)
+std::vector<Scan> roomScans(Random& random, const RoomRecipe& recipe, int count)
 {
-  std::vector<PosedScan> scans;
+  std::vector<Scan> scans;
   for (int i = 0; i < count; ++i) scans.push_back(roomScan(random, recipe));
   return scans;
 }
 
-PosedScan moved(const PosedScan& posed, const Eigen::Isometry3d& by)
+Scan moved(const Scan& scan, const Eigen::Isometry3d& by)
 {
-  PosedScan result = posed;
-  result.pose = by * posed.pose;
-  for (RayFan& fan : result.scan.fans)
-  {
-    fan.origin_map = by * fan.origin_map;
-    for (Eigen::Vector3d& end : fan.returns_map) end = by * end;
-    for (Eigen::Vector3d& direction : fan.noReturnDirections_map) direction = by.linear() * direction;
-  }
+  Scan result = scan;
+  result.sensorPose_map = by * Eigen::Isometry3d(scan.sensorPose_map);
   return result;
 }
 

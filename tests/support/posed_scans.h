@@ -8,13 +8,6 @@
 
 namespace lamap::test
 {
-/// A scan and where its sensor was, with its axes.
-struct PosedScan
-{
-  Scan scan;
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-};
-
 /// A rotation about a random axis; about the vertical if `upright`.
 Eigen::Matrix3d randomRotation(Random& random, bool upright);
 
@@ -29,10 +22,10 @@ struct RoomRecipe
 };
 
 /// A scan of the room from a random place, with one fan or two.
-PosedScan roomScan(Random& random, const RoomRecipe& recipe);
-std::vector<PosedScan> roomScans(Random& random, const RoomRecipe& recipe, int count);
+Scan roomScan(Random& random, const RoomRecipe& recipe);
+std::vector<Scan> roomScans(Random& random, const RoomRecipe& recipe, int count);
 
-/// The pose and the scan, moved as a whole.
-PosedScan moved(const PosedScan& posed, const Eigen::Isometry3d& by);
+/// Sensor and scene, moved as a whole.
+Scan moved(const Scan& scan, const Eigen::Isometry3d& by);
 
 }  // namespace lamap::test

@@ -62,6 +62,17 @@ struct ScanRecipe
   Eigen::Vector3d centre_map = Eigen::Vector3d::Zero();
 };
 
+/// A fan by hand: the points where its rays returned [m], then directions of rays without a return.
+RayFan fanOf(const Eigen::Vector3d& centre, const std::vector<Eigen::Vector3d>& returns,
+             const std::vector<Eigen::Vector3d>& noReturns = {}, double statedMin_m = 0,
+             double statedMax_m = 0);
+
+/// A scan in the map's frame.
+Scan scanWith(std::vector<RayFan> fans);
+
+/// The ends of the rays that mean this, in their order.
+std::vector<Eigen::Vector3d> endsOf(const RayFan& fan, RayEnd meaning = RayEnd::Return);
+
 Scan randomScan(Random& random, const ScanRecipe& recipe);
 
 /// The scan with every coordinate rounded to a multiple of 2^-bits m, so that moving it is exact.

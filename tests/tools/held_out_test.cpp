@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_core/scan/scan_labels.h>
+#include <lamap_core/training/scan_labels.h>
 #include <lamap_mrpt/observations/observation_rays.h>
 #include <lamap_tools/commands/held_out.h>
 #include <lamap_tools/files/usage_error.h>

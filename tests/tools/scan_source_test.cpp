@@ -431,10 +431,9 @@ TEST(PcdFolder, IsReadInNaturalOrderWithOriginsInTheTurnedFrame)
   for (size_t i = 0; i < 4; ++i)
   {
     const auto& scan = std::get<PointScan>(items[i]);
-    EXPECT_EQ(scan.points_map.at(0).x(), (std::vector<double>{1, 2, 9, 10}[i]));
-    EXPECT_NEAR(scan.sensorPose_map.x(), 1, 1e-6);
-    EXPECT_NEAR(scan.sensorPose_map.y(), 2.5, 1e-6);
-    EXPECT_NEAR(scan.sensorPose_map.z(), 3.25, 1e-6);
+    const lamap::RayFan& fan = scan.scan.fans.at(0);
+    EXPECT_EQ(scan.scan.inMap(fan.rays.at(0).end).x(), (std::vector<double>{1, 2, 9, 10}[i]));
+    EXPECT_LT((scan.scan.inMap(fan.centre) - Eigen::Vector3d(1, 2.5, 3.25)).norm(), 1e-6);
   }
 }
 
@@ -451,7 +450,7 @@ TEST(PcdFolder, TakesTheKthPoseForTheKthFile)
   std::vector<double> origins;
   for (const auto& source : sources)
     for (const ScanItem& item : allItems(*source))
-      origins.push_back(std::get<PointScan>(item).sensorPose_map.x());
+      origins.push_back(std::get<PointScan>(item).scan.fans.at(0).centre.x());
   EXPECT_EQ(origins, (std::vector<double>{10, 20, 30, 40}));
 
   options.paths.pop_back();
@@ -490,9 +489,10 @@ TEST(ScanGraph, GivesPointsInTheMapFrame)
   const auto items = read(folder / "a.graph");
   ASSERT_EQ(items.size(), 3U);
   const auto& scan = std::get<PointScan>(items[2]);
-  EXPECT_LT((scan.points_map.at(0) - Eigen::Vector3d(2, 12, 1)).norm(), 1e-5);
-  EXPECT_LT((scan.points_map.at(1) - Eigen::Vector3d(1, 10, 1.5)).norm(), 1e-5);
-  EXPECT_EQ(scan.sensorPose_map.x(), 2);
+  const std::vector<lamap::Ray>& rays = scan.scan.fans.at(0).rays;
+  EXPECT_LT((scan.scan.inMap(rays.at(0).end) - Eigen::Vector3d(2, 12, 1)).norm(), 1e-5);
+  EXPECT_LT((scan.scan.inMap(rays.at(1).end) - Eigen::Vector3d(1, 10, 1.5)).norm(), 1e-5);
+  EXPECT_EQ(scan.scan.sensorPose_map.translation().x(), 2);
 
   const std::string whole = fileContent(folder / "a.graph");
   const size_t sizeOfOne = fileContent(folder / "one.graph").size();  // with two counts of four bytes

@@ -112,11 +112,13 @@ TEST_F(Simulated, EndPointsLieOnSurfacesWithinTheNoise)
       {
         const auto rays = raysOf(*scan.observation, scan.robotPose_map);
         for (const RayFan& fan : rays->fans)
-          for (const Vector3d& end : fan.returns_map)
+          for (const Ray& ray : fan.rays)
           {
-            const double range = (end - fan.origin_map).norm();
+            if (ray.meaning != RayEnd::Return) continue;
+            const Vector3d end = rays->inMap(ray.end), origin = rays->inMap(fan.centre);
+            const double range = (end - origin).norm();
             if (range > 29.9 || (std::string(worldName) != "corridor" && range > 7.9)) continue;
-            const double off = offSurface(world, fan.origin_map, end);
+            const double off = offSurface(world, origin, end);
             // Rays that graze an edge may pass it or not by a rounding of their direction.
             if (std::abs(off) > 6 * noise + 0.01) continue;
             ++count;
@@ -139,9 +141,11 @@ TEST_F(Simulated, NearlyNoReturnIsOffItsSurface)
   for (const ObservedScan& scan : scansOf(options.outPath))
   {
     const auto rays = raysOf(*scan.observation, scan.robotPose_map);
-    const Vector3d origin = rays->fans.front().origin_map;
-    for (const Vector3d& end : rays->fans.front().returns_map)
+    const Vector3d origin = rays->inMap(rays->fans.front().centre);
+    for (const Ray& ray : rays->fans.front().rays)
     {
+      if (ray.meaning != RayEnd::Return) continue;
+      const Vector3d end = rays->inMap(ray.end);
       const double range = (end - origin).norm();
       if (range > 8)
       {

@@ -25,7 +25,11 @@ using mrpt::obs::CObservation2DRangeScan;
 
 std::vector<Eigen::Vector3d> endsOf(const CObservation& observation)
 {
-  return raysOf(observation, mrpt::poses::CPose3D(1, 2, 0.5, 0.3, 0.1, -0.2))->fans.front().returns_map;
+  const auto scan = raysOf(observation, mrpt::poses::CPose3D(1, 2, 0.5, 0.3, 0.1, -0.2));
+  std::vector<Eigen::Vector3d> ends;
+  for (const Ray& ray : scan->fans.front().rays)
+    if (ray.meaning == RayEnd::Return) ends.push_back(scan->inMap(ray.end));
+  return ends;
 }
 
 // What is left are rays of the scan itself, so far apart as asked for, in the middle of the fan.

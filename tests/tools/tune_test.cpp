@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include <lamap_core/scan/scan_labels.h>
+#include <lamap_core/training/scan_labels.h>
 #include <lamap_mrpt/observations/observation_rays.h>
 #include <lamap_tools/commands/tune.h>
 #include <lamap_tools/config/map_setup.h>

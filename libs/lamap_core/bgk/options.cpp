@@ -75,17 +75,25 @@ bool operator==(const BgkInference& a, const BgkInference& b)
   return sameOptions(a, b);
 }
 
-TrainingRules BgkInference::trainingRules() const
+SamplingRules BgkInference::samplingRules() const
 {
-  TrainingRules rules;
-  rules.freeSpace = freeWeight > 0 ? freeSpace : FreeSpace::None;
+  SamplingRules rules;
+  rules.freeSpace = freeSpace;
   rules.points = trainingPoints;
   rules.freeResolution = *freeResolution;
   rules.freeMargin = *freeMargin;
   rules.freeDownsampling = freeDownsampling;
   rules.hitDownsampling = *hitDownsampling;
   rules.protectHits = protectHits;
+  rules.freeWeight = freeWeight;
   return rules;
+}
+
+RangeLimits BgkInference::rangeLimits() const
+{
+  RangeLimits limits = RangeOptions::rangeLimits();
+  limits.noReturnIsFree = limits.noReturnIsFree && freeSpace != FreeSpace::None;
+  return limits;
 }
 
 BgkOptions presetOptions(BgkPreset preset)

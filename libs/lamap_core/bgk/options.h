@@ -4,7 +4,7 @@
 #include <lamap_core/grid/cell_options.h>
 #include <lamap_core/grid/state_thresholds.h>
 #include <lamap_core/scan/range_options.h>
-#include <lamap_core/training/training_rules.h>
+#include <lamap_core/training/sampling_rules.h>
 
 #include <cstdint>
 #include <optional>
@@ -50,7 +50,8 @@ struct BgkInference : public RangeOptions
   [[nodiscard]] BgkInference resolved(double resolution_m) const;
 
   /// What decides the training points. Only of resolved options.
-  [[nodiscard]] TrainingRules trainingRules() const;
+  [[nodiscard]] SamplingRules samplingRules() const;
+  [[nodiscard]] RangeLimits rangeLimits() const;
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate(double resolution_m) const;

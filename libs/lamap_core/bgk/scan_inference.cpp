@@ -4,7 +4,7 @@
 #include <lamap_core/bgk/point_sums.h>
 #include <lamap_core/grid/block_lists.h>
 #include <lamap_core/grid/evidence_draft.h>
-#include <lamap_core/training/scan_training.h>
+#include <lamap_core/training/sampler.h>
 #include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
@@ -122,7 +122,7 @@ class BgkScanInference::Implementation
   [[nodiscard]] BlockPlace placeOf(const BlockIndex& target) const;
   [[nodiscard]] CellIndex firstCellOf(const BlockIndex& target) const;
 
-  ScanTrainer trainer_;
+  Sampler sampler_;
   std::optional<Weights> weights_;
   const TrainingSet* training_ = nullptr;
   std::optional<ScanFrame> frame_;
@@ -152,13 +152,9 @@ Evidence BgkScanInference::Implementation::infer(const Scan& scan, const BgkInfe
                                                  const BgkStructure& structure, int32_t layer,
                                                  const Workers& workers, RayCounts& counts)
 {
-  const bool wantsFree = inference.freeSpace != FreeSpace::None;
-  SelectedRays rays =
-      selectRays(scan, {inference.minRange, inference.maxRange,
-                        inference.considerInvalidRangesAsFreeSpace && wantsFree, inference.rayDecimation});
-  CellIndex anchor = anchorOf(rays, structure.resolution);
-  if (structure.planar) anchor.z = layer;
-  frame_.emplace(structure.resolution, anchor, structure.planar);
+  const SelectedRays rays = selectRays(scan, inference.rangeLimits());
+  frame_.emplace(ScanFrame::around(rays.scan, structure.resolution,
+                                   structure.planar ? std::optional(layer) : std::nullopt));
   layer_ = layer;
   if (!weights_ || !weights_->areFor(inference, structure.resolution, structure.planar))
     weights_.emplace(inference, structure.resolution, structure.planar);
@@ -166,10 +162,10 @@ Evidence BgkScanInference::Implementation::infer(const Scan& scan, const BgkInfe
   workers.run(
       [&]
       {
-        training_ = &trainer_.train(rays, inference.trainingRules(), *frame_, structure.planar,
-                                    structure.resolution, workers.threads());
+        training_ = &sampler_.sample(rays, inference.samplingRules(), *frame_, BlockOffset(frame_->anchor()),
+                                     workers.threads());
       });
-  counts = rays.counts;
+  counts = training_->counts;
   findTargets();
   const BlockShape shape(structure.blockDepth - 1, structure.planar);
   tabulatePartOffsets(shape);

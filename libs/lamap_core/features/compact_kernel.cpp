@@ -44,14 +44,6 @@ double GaussianBlur::squaredDistance(const Eigen::Vector3d& d) const
   return sum;
 }
 
-Eigen::Matrix3d inPlane(const Eigen::Matrix3d& covariance)
-{
-  Eigen::Matrix3d flat = covariance;
-  flat.row(2).setZero();
-  flat.col(2).setZero();
-  return flat;
-}
-
 CompactKernel::CompactKernel(double gamma, double cutoff) : gamma_(gamma), cutoff_(cutoff)
 {
   requireLegal(gamma > 0 && std::isfinite(gamma), "gamma", gamma, "a finite number > 0");

@@ -26,9 +26,6 @@ struct GaussianBlur
   [[nodiscard]] double squaredDistance(const Eigen::Vector3d& d) const;
 };
 
-/// A covariance without its height, for planar maps.
-[[nodiscard]] Eigen::Matrix3d inPlane(const Eigen::Matrix3d& covariance);
-
 /** The radial basis function cut off: k(d) = max(0, exp(−γ d²) − cutoff), exactly 0 at and beyond the support
  * sqrt(ln(1/cutoff)/γ).
  *

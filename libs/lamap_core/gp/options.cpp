@@ -90,9 +90,9 @@ bool operator==(const GpInference& a, const GpInference& b)
   return sameOptions(a, b);
 }
 
-TrainingRules GpInference::trainingRules() const
+SamplingRules GpInference::samplingRules() const
 {
-  TrainingRules rules;
+  SamplingRules rules;
   rules.freeSpace = freeSpace == GpFreeSpace::Samples ? FreeSpace::Samples : FreeSpace::None;
   rules.points = trainingPoints;
   rules.freeResolution = *freeResolution;

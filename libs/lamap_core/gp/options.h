@@ -3,7 +3,7 @@
 #include <lamap_core/grid/cell_options.h>
 #include <lamap_core/grid/state_thresholds.h>
 #include <lamap_core/scan/range_options.h>
-#include <lamap_core/training/training_rules.h>
+#include <lamap_core/training/sampling_rules.h>
 
 #include <cstdint>
 #include <optional>
@@ -75,7 +75,7 @@ struct GpInference : public RangeOptions
   [[nodiscard]] GpInference resolved(double resolution_m) const;
 
   /// What decides the training points. Only of resolved options.
-  [[nodiscard]] TrainingRules trainingRules() const;
+  [[nodiscard]] SamplingRules samplingRules() const;
   /// Without free space, rays without a return say nothing.
   [[nodiscard]] RangeLimits rangeLimits() const;
 

@@ -4,7 +4,7 @@
 #include <lamap_core/gp/regression.h>
 #include <lamap_core/grid/block_lists.h>
 #include <lamap_core/grid/evidence_draft.h>
-#include <lamap_core/training/scan_training.h>
+#include <lamap_core/training/sampler.h>
 #include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
@@ -117,8 +117,6 @@ class GpScanInference::Implementation
   };
 
   void labelPoints(const TrainingSet& training);
-  void labelMasks(const TrainingSet& training);
-  void label(const Eigen::Vector3d& place, double label);
   void formDataBlocks();
   void findTargets();
   void trainExperts(tbb::enumerable_thread_specific<Worker>& workers);
@@ -126,7 +124,7 @@ class GpScanInference::Implementation
   void gatherAround(size_t target, const CellIndex& first, Worker& worker) const;
   void addExpert(const GpExpert& expert, const CellIndex& first, Worker& worker) const;
   void draftBlock(const BlockIndex& index, Worker& worker) const;
-  ScanTrainer trainer_;
+  Sampler sampler_;
   std::optional<CovarianceFor> covariance_;
   // Of the scan of which evidence is made.
   const Workers* workers_ = nullptr;
@@ -160,9 +158,10 @@ Evidence GpScanInference::Implementation::infer(const Scan& scan, const GpInfere
   inference_ = inference;
   structure_ = structure;
   workers_ = &workers;
-  SelectedRays rays = selectRays(scan, inference.rangeLimits());
-  anchor_ = anchorOf(rays, structure.resolution);
-  if (structure.planar) anchor_.z = layer;
+  const SelectedRays rays = selectRays(scan, inference.rangeLimits());
+  const ScanFrame frame = ScanFrame::around(rays.scan, structure.resolution,
+                                            structure.planar ? std::optional(layer) : std::nullopt);
+  anchor_ = frame.anchor();
 
   support_ = lengthInCells(*inference.kernelSupport, structure.resolution);
   shape_ = BlockShape(structure.blockDepth - 1, structure.planar);
@@ -171,10 +170,9 @@ Evidence GpScanInference::Implementation::infer(const Scan& scan, const GpInfere
   if (!covariance_ || !covariance_->isFor(inference, structure, farthest))
     covariance_.emplace(inference, structure, farthest);
 
-  const ScanFrame frame(structure.resolution, anchor_, structure.planar);
-  const TrainingSet& training = trainer_.train(rays, inference.trainingRules(), frame, structure.planar,
-                                               structure.resolution, workers.threads());
-  counts = rays.counts;
+  const TrainingSet& training =
+      sampler_.sample(rays, inference.samplingRules(), frame, BlockOffset(anchor_), workers.threads());
+  counts = training.counts;
   labelPoints(training);
   formDataBlocks();
   findTargets();
@@ -185,65 +183,17 @@ Evidence GpScanInference::Implementation::infer(const Scan& scan, const GpInfere
   return collectEvidence(shape_, SumKind::Signed, own);
 }
 
-void GpScanInference::Implementation::label(const Eigen::Vector3d& place, double label)
-{
-  const CellIndex cell{anchor_.x + localCell(place.x()), anchor_.y + localCell(place.y()),
-                       anchor_.z + localCell(place.z())};
-  labelled_.push_back({shape_.blockOf(cell), {place, label}});
-}
-
-void GpScanInference::Implementation::labelMasks(const TrainingSet& training)
-{
-  const BlockOffset offset(anchor_);
-  for (size_t i = 0; i < training.masks.size(); ++i)
-  {
-    const BlockMasks& masks = training.masks[i];
-    const BlockIndex& block = training.blocks.blocks()[i];
-    const auto labelMask = [&](size_t z, uint64_t bits, double label)
-    {
-      for (; bits != 0; bits &= bits - 1)
-      {
-        const int bit = __builtin_ctzll(bits);
-        this->label({block.x * kScanBlockEdge - offset.x + bit % kScanBlockEdge + 0.5,
-                     block.y * kScanBlockEdge - offset.y + bit / kScanBlockEdge + 0.5,
-                     block.z * kScanBlockEdge - offset.z + static_cast<int>(z) + 0.5},
-                    label);
-      }
-    };
-    for (size_t z = 0; z < kScanBlockEdge; ++z)
-    {
-      labelMask(z, masks.hit[z], 1.0);
-      labelMask(z, masks.free[z] & ~masks.protectedHit[z], -1.0);
-    }
-  }
-}
-
 /// The scan's training points, in an order that depends on neither threads nor the place on the map.
 void GpScanInference::Implementation::labelPoints(const TrainingSet& training)
 {
   labelled_.clear();
-  if (inference_.trainingPoints == TrainingPoints::Cells)
-    labelMasks(training);
-  else
-  {
-    const BlockOffset offset(anchor_);
-    const auto isProtected = [&](const Eigen::Vector3d& place)
-    {
-      const CellIndex cell{localCell(place.x()) + offset.x, localCell(place.y()) + offset.y,
-                           localCell(place.z()) + offset.z};
-      const int32_t number = training.blocks.find(
-          {cell.x >> kScanBlockLog2Edge, cell.y >> kScanBlockLog2Edge, cell.z >> kScanBlockLog2Edge});
-      if (number < 0 || static_cast<size_t>(number) >= training.masks.size()) return false;
-      constexpr int32_t kLow = kScanBlockEdge - 1;
-      const CellMask& mask = training.masks[static_cast<size_t>(number)].protectedHit;
-      return (mask[static_cast<size_t>(cell.z & kLow)] >>
-                  ((cell.y & kLow) * kScanBlockEdge + (cell.x & kLow)) &
-              1) != 0;
-    };
-    for (const Eigen::Vector3d& point : training.hitPoints) label(point, 1.0);
-    for (const Eigen::Vector3d& point : training.freePoints)
-      if (!isProtected(point)) label(point, -1.0);
-  }
+  training.forEachPoint(
+      [&](const TrainingPoint& point)
+      {
+        const CellIndex local = cellOfLocal(point.place);
+        const CellIndex cell{anchor_.x + local.x, anchor_.y + local.y, anchor_.z + local.z};
+        labelled_.push_back({shape_.blockOf(cell), {point.place, point.occupied ? 1.0 : -1.0}});
+      });
   const auto orderOf = [](const Labelled& one)
   {
     const Eigen::Vector3d& place = one.point.place;

@@ -20,10 +20,11 @@ void KeptPoints::add(const HilbertTrainingSet& set, const HilbertFrame& frame, b
                          set.covariances.empty() ? Eigen::Matrix3d::Zero() : set.covariances[i]});
       continue;
     }
-    const Eigen::Vector3d local = (set.points[i] - frame.cellOrigin_m) / frame.resolution_m;
-    const CellIndex cell{anchor.x + static_cast<int32_t>(std::floor(local.x())),
-                         anchor.y + static_cast<int32_t>(std::floor(local.y())),
-                         frame.planar ? anchor.z : anchor.z + static_cast<int32_t>(std::floor(local.z()))};
+    const Eigen::Vector3d local = (set.points[i] - frame.cellOrigin_m) / frame.cells.resolution_m();
+    const CellIndex cell{
+        anchor.x + static_cast<int32_t>(std::floor(local.x())),
+        anchor.y + static_cast<int32_t>(std::floor(local.y())),
+        frame.cells.planar() ? anchor.z : anchor.z + static_cast<int32_t>(std::floor(local.z()))};
     Weights& weights = cells_[cell];
     (set.labels[i] > 0.5f ? weights.hits : weights.frees) += set.weights[i];
   }

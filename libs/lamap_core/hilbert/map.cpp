@@ -5,6 +5,7 @@
 #include <lamap_core/hilbert/reached_cells.h>
 #include <lamap_core/math/portable_math.h>
 #include <lamap_core/math/workers.h>
+#include <lamap_core/training/sampler.h>
 
 #include <algorithm>
 #include <atomic>
@@ -15,21 +16,6 @@ namespace lamap
 {
 namespace
 {
-void addCovariances(const HilbertUncertainty& uncertainty, const Eigen::Vector3d& sensor_map,
-                    const HilbertFrame& frame, HilbertTrainingSet& set)
-{
-  const Eigen::Vector3d corner = cornerOf(frame.anchorSite, frame.spacing_m);
-  HilbertUncertainty local = uncertainty;
-  local.centre -= corner;
-  const Eigen::Vector3d sensor = sensor_map - corner;
-  set.covariances.reserve(set.size());
-  for (const Eigen::Vector3d& point : set.points)
-  {
-    const Eigen::Matrix3d covariance = local.of(point, sensor);
-    set.covariances.push_back(frame.planar ? inPlane(covariance) : covariance);
-  }
-}
-
 CellEstimate estimateOf(double logodds, const StateThresholds& thresholds)
 {
   CellEstimate cell;
@@ -68,6 +54,13 @@ struct HilbertMap::Learned
   std::mutex training;
 };
 
+/// Working memory of insert().
+struct HilbertMap::Sampling
+{
+  Sampler sampler;
+  HilbertTrainingSet set;
+};
+
 HilbertMap::HilbertMap(const HilbertStructure& structure) : structure_(structure)
 {
   structure_.validate();
@@ -95,35 +88,39 @@ RayCounts HilbertMap::insert(const Scan& scan, const HilbertInference& inference
 {
   inference.validate(structure_);
   if (uncertainty != nullptr) uncertainty->validate();
-  if (!sampler_) sampler_ = std::make_unique<HilbertSampler>();
-  SelectedRays rays = selectRays(scan, inference.rangeLimits());
-  std::optional<HilbertFrame> frame;
-  Eigen::Vector3d sensor = Eigen::Vector3d::Zero();
-  for (const SelectedFan& fan : rays.fans)
-  {
-    if (frame || !fan.origin_map.allFinite()) continue;
-    frame = HilbertFrame::inMap(fan.origin_map, structure_.resolution, structure_.latticeSpacing,
-                                structure_.planarLayer());
-    sensor = fan.origin_map;
-  }
+  const SelectedRays rays = selectRays(scan, inference.rangeLimits());
+  const auto layer = structure_.planarLayer();
+  const CellIndex anchor = ScanFrame::around(rays.scan, structure_.resolution, layer).anchor();
+  auto frame =
+      HilbertFrame::atCell(anchor, structure_.resolution, structure_.latticeSpacing, structure_.planar);
   if (!frame)
-    frame = HilbertFrame::atCell({0, 0, structure_.planarLayer().value_or(0)}, structure_.resolution,
-                                 structure_.latticeSpacing, structure_.planar);
-  HilbertTrainingSet& set = sampler_->sample(rays, inference, *frame);
-  if (set.size() == 0) return rays.counts;
-  if (uncertainty != nullptr && uncertainty->any()) addCovariances(*uncertainty, sensor, *frame, set);
+    frame = HilbertFrame::atCell({0, 0, layer.value_or(0)}, structure_.resolution, structure_.latticeSpacing,
+                                 structure_.planar);
+  if (!sampling_) sampling_ = std::make_unique<Sampling>();
+  const TrainingSet& taught = sampling_->sampler.sample(rays, inference.rules(), frame->cells, {}, 1);
+  HilbertTrainingSet& set = sampling_->set;
+  set.clear();
+  set.append(taught, *frame);
+  if (set.size() == 0) return taught.counts;
+  if (uncertainty != nullptr && uncertainty->any())
+  {
+    const Eigen::Vector3d corner = cornerOf(frame->anchorSite, frame->spacing_m);
+    HilbertUncertainty local = *uncertainty;
+    local.centre -= corner;
+    set.blur(0, local, rays.firstCentre_map() - corner, structure_.planar);
+  }
 
   Learned& learned = *learned_;
   if (structure_.training != HilbertTraining::Batch)
   {
     learned.model->learn(set, *frame, inference, Workers(threads));
-    return rays.counts;
+    return taught.counts;
   }
   learned.kept.add(set, *frame, inference.trainingPoints == HilbertPoints::Cells && set.covariances.empty());
   learned.lastInference = inference;
   learned.lastThreads = threads;
   learned.stale = true;
-  return rays.counts;
+  return taught.counts;
 }
 
 // ---- Batch

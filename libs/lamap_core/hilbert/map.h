@@ -112,13 +112,14 @@ class HilbertMap
  private:
   /// The model and, for `Batch`, what it is trained on.
   struct Learned;
+  struct Sampling;
 
   [[nodiscard]] const MapModel& trained() const;
   [[nodiscard]] std::optional<PointAtSite> placeOf(const Eigen::Vector3d& point_map) const;
 
   HilbertStructure structure_;
   std::unique_ptr<Learned> learned_;
-  std::unique_ptr<HilbertSampler> sampler_;  ///< made by the first insert()
+  std::unique_ptr<Sampling> sampling_;  ///< made by the first insert()
 };
 
 }  // namespace lamap

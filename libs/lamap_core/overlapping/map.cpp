@@ -3,6 +3,7 @@
 #include <lamap_core/grid/evidence_map_members.h>
 #include <lamap_core/options/legal_range.h>
 #include <lamap_core/overlapping/model_fusion.h>
+#include <lamap_core/overlapping/model_scan.h>
 #include <lamap_core/scan/scan_frame.h>
 
 #include <algorithm>
@@ -15,19 +16,6 @@ namespace lamap
 {
 namespace
 {
-/// Where a scan's model is trained if nobody says.
-Eigen::Isometry3d placeOf(const Scan& scan, double resolution_m)
-{
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  for (const RayFan& fan : scan.fans)
-  {
-    if (!cellAt(fan.origin_map, resolution_m)) continue;
-    pose.translation() = fan.origin_map;
-    break;
-  }
-  return pose;
-}
-
 OctantRule noPruning(const BlockIndex& /*block*/)
 {
   return {};
@@ -70,21 +58,17 @@ const HilbertModelIndex& OverlappingHilbertMap::index() const
 }
 
 RayCounts OverlappingHilbertMap::insert(const Scan& scan, const OverlappingInference& inference,
-                                        const std::optional<Eigen::Isometry3d>& pose,
                                         const HilbertUncertainty* uncertainty, unsigned threads)
 {
   inference.validate();
   if (uncertainty != nullptr) uncertainty->validate();
-  const bool isFirst = pending_.scans.empty();
-  ModelPose frame = pending_.pose;
-  if (isFirst)
-    frame = ModelPose::of(pose.value_or(placeOf(scan, structure().resolution)), structure().resolution,
-                          structure().planar);
-  RayCounts counts;
-  ModelScan moved = toModelFrame(scan, inference, frame, shape_, counts);
+  const SelectedRays selected = selectRays(scan, inference.rangeLimits());
+  if (selected.counts.used() == 0) return selected.counts;
+  const ModelPose frame =
+      pending_.scans.empty() ? modelFrameOf(selected.scan, shape_).value_or(ModelPose{}) : pending_.pose;
+  ModelScan moved = scanInModel(selected, uncertainty, frame, shape_);
+  const RayCounts counts = moved.rays.counts;
   if (counts.used() == 0) return counts;
-  if (uncertainty != nullptr && uncertainty->any())
-    moved.uncertainty = toModelFrame(*uncertainty, frame, shape_);
   const ModelPose poseBefore = pending_.pose;
   pending_.scans.push_back(std::move(moved));
   pending_.pose = frame;

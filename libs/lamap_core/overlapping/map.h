@@ -48,9 +48,8 @@ class OverlappingHilbertMap : public EvidenceMap<OverlappingReading>
   explicit OverlappingHilbertMap(const OverlappingStructure& structure = {});
 
   /** Adds one scan (Algorithm 1). With scansPerModel > 1 it waits until so many are there, or trainPending():
-   * until then no cell and no query knows of it.
-   * @param pose of the sensor in the map, the frame that the model is trained in; empty: the axes of the map
-   * at the origin of the first fan. Of scans that wait, the first one's counts.
+   * until then no cell and no query knows of it. The model is trained in the sensor's frame, with its origin
+   * where the rays come from; of scans that wait, in the first one's.
    * @param uncertainty of its points, axes and centre in the map; models are trained with the expected kernel
    * then. Null, or all zero: they are certain.
    * @param threads how many may work; 0: as many as the machine has. Never changes the result.
@@ -59,7 +58,6 @@ class OverlappingHilbertMap : public EvidenceMap<OverlappingReading>
    * std::length_error if the scan has too many cells or points. Nothing is changed then: a scan that cannot
    * be trained does not wait either. */
   RayCounts insert(const Scan& scan, const OverlappingInference& inference,
-                   const std::optional<Eigen::Isometry3d>& pose = std::nullopt,
                    const HilbertUncertainty* uncertainty = nullptr, unsigned threads = 0);
 
   /// Trains the scans that wait, now. @return whether there were any

@@ -1,7 +1,5 @@
 #include <lamap_core/overlapping/model_trainer.h>
 
-#include <lamap_core/scan/scan_frame.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,119 +8,24 @@ namespace lamap
 {
 namespace
 {
-Eigen::Vector3d rounded(const Eigen::Vector3d& p)
-{
-  // Far from the map's origin coordinates carry the rounding of their terms; 2^-24 m does not see it.
-  const auto along = [&](int axis) { return std::floor(p[axis] * 0x1p24 + 0.5) * 0x1p-24; };
-  return {along(0), along(1), along(2)};
-}
-
-double rangeMaxOf(const RayFan& fan, double maxRange_m)
-{
-  const double range = maxRange_m > 0 ? maxRange_m : fan.statedRangeMax_m;
-  return range > 0 ? range : std::numeric_limits<double>::infinity();
-}
-
-/// Moves fans into a model's frame.
-class FanMover
-{
- public:
-  FanMover(const ModelPose& pose, const ModelShape& shape)
-      : pose_(pose),
-        planar_(shape.planar),
-        resolution_m_(shape.resolution_m),
-        frame_(shape.resolution_m, pose.anchor, false)
-  {
-  }
-
-  SelectedFan move(const SelectedFan& fan, RayCounts& counts) const
-  {
-    SelectedFan moved;
-    const auto origin = place(fan.origin_map);
-    if (!origin)
-    {
-      countOutside(fan.hitEnds_map.size(), counts.hits, counts);
-      countOutside(fan.freeRays_map.size(), counts.freeOnly, counts);
-      return moved;
-    }
-    moved.origin_map = *origin;
-    moved.hitEnds_map.reserve(fan.hitEnds_map.size());
-    for (const Eigen::Vector3d& end : fan.hitEnds_map)
-    {
-      const auto at = place(end);
-      if (!at)
-        countOutside(1, counts.hits, counts);
-      else if (isPoint(*at - *origin))
-        countTooNear(counts.hits, counts);
-      else
-        moved.hitEnds_map.push_back(*at);
-    }
-    for (const Eigen::Vector3d& ray : fan.freeRays_map)
-    {
-      const Eigen::Vector3d turned = rounded(pose_.turnedBack(ray));
-      if (!isNear(*origin + turned))
-        countOutside(1, counts.freeOnly, counts);
-      else if (isPoint(turned))
-        countTooNear(counts.freeOnly, counts);
-      else
-        moved.freeRays_map.push_back(turned);
-    }
-    return moved;
-  }
-
- private:
-  /// Half of what a frame of cells can hold, so that nothing on the way meets its end.
-  [[nodiscard]] bool isNear(const Eigen::Vector3d& p) const
-  {
-    return p.cwiseAbs().maxCoeff() < 0.5 * ScanFrame::kReach_cells * resolution_m_;
-  }
-  [[nodiscard]] bool isPoint(const Eigen::Vector3d& ray) const
-  {
-    return ray.x() == 0 && ray.y() == 0 && (planar_ || ray.z() == 0);
-  }
-  [[nodiscard]] std::optional<Eigen::Vector3d> place(Eigen::Vector3d p_map) const
-  {
-    if (planar_) p_map.z() = 0;
-    const auto local = frame_.toLocal(p_map);
-    if (!local) return std::nullopt;
-    const Eigen::Vector3d p = rounded(pose_.toModel(*local * resolution_m_));
-    if (!isNear(p)) return std::nullopt;
-    return p;
-  }
-  static void countOutside(size_t rays, size_t& used, RayCounts& counts)
-  {
-    used -= rays;
-    counts.outside += rays;
-  }
-  static void countTooNear(size_t& used, RayCounts& counts)
-  {
-    --used;
-    ++counts.tooNear;
-  }
-
-  const ModelPose& pose_;
-  bool planar_;
-  double resolution_m_;
-  ScanFrame frame_;
-};
-
 /// The views of several scans; fans from the same place share one.
 std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldRules& rules, bool planar)
 {
   std::vector<DepthView> views;
   for (const ModelScan& scan : scans)
-    for (const ModelScan::Fan& fan : scan.fans)
+    for (const RayFan& fan : scan.rays.scan.fans)
     {
-      const SelectedFan& rays = fan.rays;
-      if (rays.hitEnds_map.empty() && rays.freeRays_map.empty()) continue;
+      if (fan.rays.empty()) continue;
+      const double rangeMax_m =
+          fan.statedRangeMax_m > 0 ? fan.statedRangeMax_m : std::numeric_limits<double>::infinity();
       const auto same = std::find_if(
           views.begin(), views.end(),
           [&](const DepthView& view)
-          { return view.image().sensor == rays.origin_map && view.image().rangeMax_m == fan.rangeMax_m; });
+          { return view.image().sensor == fan.centre && view.image().rangeMax_m == rangeMax_m; });
       DepthView& view =
-          same != views.end() ? *same : views.emplace_back(rays.origin_map, fan.rangeMax_m, rules, planar);
-      for (const Eigen::Vector3d& end : rays.hitEnds_map) view.addRay(end - rays.origin_map);
-      for (const Eigen::Vector3d& ray : rays.freeRays_map) view.addRay(ray);
+          same != views.end() ? *same : views.emplace_back(fan.centre, rangeMax_m, rules, planar);
+      for (const Ray& ray : fan.rays)
+        view.addRay(ray.meaning == RayEnd::Return ? Eigen::Vector3d(ray.end - fan.centre) : ray.end);
     }
   for (DepthView& view : views) view.finish();
   return views;
@@ -149,24 +52,6 @@ void setBox(const HilbertTrainingSet& set, double quantile, double resolution_m,
   }
 }
 
-Eigen::Matrix3d covarianceOf(const ModelScan& scan, const Eigen::Vector3d& point,
-                             const Eigen::Vector3d& sensor, bool planar)
-{
-  if (!scan.uncertainty) return Eigen::Matrix3d::Zero();
-  const Eigen::Matrix3d covariance = scan.uncertainty->of(point, sensor);
-  return planar ? inPlane(covariance) : covariance;
-}
-
-/// Rᵀ·M·R, in an order of operations that is always the same.
-Eigen::Matrix3d turnedBack(const ModelPose& pose, const Eigen::Matrix3d& matrix)
-{
-  Eigen::Matrix3d half;
-  for (int column = 0; column < 3; ++column) half.col(column) = pose.turnedBack(matrix.col(column));
-  Eigen::Matrix3d turned;
-  for (int row = 0; row < 3; ++row) turned.row(row) = pose.turnedBack(half.row(row).transpose()).transpose();
-  return turned;
-}
-
 /// Finite, so that the sum of any of them is.
 float bounded(float weight)
 {
@@ -183,73 +68,17 @@ float notZero(float weight)
 
 }  // namespace
 
-bool operator==(const ModelScan::Fan& a, const ModelScan::Fan& b)
-{
-  return a.rangeMax_m == b.rangeMax_m && a.rays.origin_map == b.rays.origin_map &&
-         a.rays.hitEnds_map == b.rays.hitEnds_map && a.rays.freeRays_map == b.rays.freeRays_map;
-}
-
-bool operator==(const ModelScan& a, const ModelScan& b)
-{
-  if (!(a.fans == b.fans) || a.uncertainty.has_value() != b.uncertainty.has_value()) return false;
-  return !a.uncertainty ||
-         (a.uncertainty->pose == b.uncertainty->pose && a.uncertainty->centre == b.uncertainty->centre &&
-          a.uncertainty->rangeStd_m == b.uncertainty->rangeStd_m &&
-          a.uncertainty->point == b.uncertainty->point);
-}
-
-HilbertUncertainty toModelFrame(const HilbertUncertainty& uncertainty, const ModelPose& pose,
-                                const ModelShape& shape)
-{
-  HilbertUncertainty turned = uncertainty;
-  for (const int row : {0, 3})
-    for (const int column : {0, 3})
-      turned.pose.block<3, 3>(row, column) = turnedBack(pose, uncertainty.pose.block<3, 3>(row, column));
-  turned.point = turnedBack(pose, uncertainty.point);
-  const Eigen::Vector3d anchor = Eigen::Vector3d(pose.anchor.x, pose.anchor.y, pose.anchor.z);
-  turned.centre = rounded(pose.toModel(uncertainty.centre - anchor * shape.resolution_m));
-  if (shape.planar) turned.centre.z() = shape.flatHeight();
-  return turned;
-}
-
-ModelScan toModelFrame(const Scan& scan, const OverlappingInference& inference, const ModelPose& pose,
-                       const ModelShape& shape, RayCounts& counts)
-{
-  const SelectedRays selected = selectRays(scan, inference.rangeLimits());
-  counts = selected.counts;
-  ModelScan moved;
-  const FanMover mover(pose, shape);
-  for (size_t i = 0; i < selected.fans.size(); ++i)
-    moved.fans.push_back(
-        {mover.move(selected.fans[i], counts), rangeMaxOf(scan.fans[i], inference.maxRange)});
-  return moved;
-}
-
 const HilbertTrainingSet& HilbertModelTrainer::sample(const std::vector<ModelScan>& scans,
                                                       const ModelShape& shape,
                                                       const OverlappingInference& inference)
 {
   const HilbertFrame frame = HilbertFrame::ofModel(shape.resolution_m, shape.spacing_m, shape.planar);
-  const bool uncertain = std::any_of(scans.begin(), scans.end(),
-                                     [](const ModelScan& scan) { return scan.uncertainty.has_value(); });
   set_.clear();
   for (const ModelScan& scan : scans)
   {
-    SelectedRays rays;
-    for (const ModelScan::Fan& fan : scan.fans)
-    {
-      rays.fans.push_back(fan.rays);
-      rays.counts.hits += fan.rays.hitEnds_map.size();
-      rays.counts.freeOnly += fan.rays.freeRays_map.size();
-    }
-    const HilbertTrainingSet& own = sampler_.sample(rays, inference, frame);
-    set_.points.insert(set_.points.end(), own.points.begin(), own.points.end());
-    set_.labels.insert(set_.labels.end(), own.labels.begin(), own.labels.end());
-    set_.weights.insert(set_.weights.end(), own.weights.begin(), own.weights.end());
-    if (!uncertain) continue;
-    const Eigen::Vector3d sensor = scan.fans.front().rays.origin_map;
-    for (const Eigen::Vector3d& point : own.points)
-      set_.covariances.push_back(covarianceOf(scan, point, sensor, shape.planar));
+    const size_t first = set_.size();
+    set_.append(sampler_.sample(scan.rays, inference.rules(), frame.cells, {}, 1), frame);
+    if (scan.uncertainty) set_.blur(first, *scan.uncertainty, scan.rays.firstCentre_map(), shape.planar);
   }
   return set_;
 }

@@ -5,8 +5,9 @@
 #include <lamap_core/learning/solver.h>
 #include <lamap_core/math/workers.h>
 #include <lamap_core/overlapping/model.h>
-#include <lamap_core/scan/ray_selection.h>
+#include <lamap_core/overlapping/model_scan.h>
 #include <lamap_core/training/hilbert_training.h>
+#include <lamap_core/training/sampler.h>
 
 #include <memory>
 #include <optional>
@@ -14,37 +15,12 @@
 
 namespace lamap
 {
-/// The usable rays of a scan in a model's frame [m].
-struct ModelScan
-{
-  struct Fan
-  {
-    SelectedFan rays;       ///< its `_map` members are in the model's frame here
-    double rangeMax_m = 0;  ///< up to which it sees, infinite where there is no limit
-    friend bool operator==(const Fan& a, const Fan& b);
-  };
-  std::vector<Fan> fans;
-  /// How sure the places of its points are, in the model's frame; empty: certain.
-  std::optional<HilbertUncertainty> uncertainty;
-
-  friend bool operator==(const ModelScan& a, const ModelScan& b);
-};
-
-/// What is known in the map, in the axes of a model. @param uncertainty its centre [m] in the map
-[[nodiscard]] HilbertUncertainty toModelFrame(const HilbertUncertainty& uncertainty, const ModelPose& pose,
-                                              const ModelShape& shape);
-
-/** Selects and cuts the rays of a scan and moves them into a model's frame.
- * @param counts of the rays, those that the frame cannot hold among the ones left out */
-[[nodiscard]] ModelScan toModelFrame(const Scan& scan, const OverlappingInference& inference,
-                                     const ModelPose& pose, const ModelShape& shape, RayCounts& counts);
-
 /// Trains models; keeps its working memory between them.
 class HilbertModelTrainer
 {
  public:
   /** @return nothing if there is no training point
-   *  @throws std::length_error as HilbertSampler::sample() */
+   *  @throws std::length_error as Sampler::sample() */
   std::optional<HilbertModel> train(const std::vector<ModelScan>& scans,
                                     const OverlappingStructure& structure,
                                     const OverlappingInference& inference, const Workers& workers);
@@ -62,7 +38,7 @@ class HilbertModelTrainer
   const HilbertTrainingSet& sample(const std::vector<ModelScan>& scans, const ModelShape& shape,
                                    const OverlappingInference& inference);
 
-  HilbertSampler sampler_;
+  Sampler sampler_;
   HilbertTrainingSet set_;
   CompactRows compact_;
   FeatureRows nystroemRows_;

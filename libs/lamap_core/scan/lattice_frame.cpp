@@ -29,17 +29,13 @@ std::optional<HilbertFrame> HilbertFrame::atCell(const CellIndex& cell, double r
     sites[axis] = static_cast<int32_t>(site);
     origin[static_cast<int>(axis)] = corner - site * spacing_m;
   }
-  return HilbertFrame{ScanFrame(resolution_m, cell, planar),
-                      {sites[0], sites[1], sites[2]},
-                      origin,
-                      resolution_m,
-                      spacing_m,
-                      planar};
+  return HilbertFrame{
+      ScanFrame(resolution_m, cell, planar), {sites[0], sites[1], sites[2]}, origin, spacing_m};
 }
 
 HilbertFrame HilbertFrame::ofModel(double resolution_m, double spacing_m, bool planar)
 {
-  return {ScanFrame(resolution_m, {}, planar), {}, Eigen::Vector3d::Zero(), resolution_m, spacing_m, planar};
+  return {ScanFrame(resolution_m, {}, planar), {}, Eigen::Vector3d::Zero(), spacing_m};
 }
 
 }  // namespace lamap

@@ -7,7 +7,7 @@
 
 namespace lamap
 {
-/** Where a scan's cells and a lattice of features lie to each other.
+/** Position of a scan's cells relative to a lattice of features.
  *
  * Site j of a lattice covers [j·h, (j+1)·h) along each axis and has its feature at its centre (j + 1/2)·h,
  * with h the spacing. Positions are in metres from the lowest corner of an anchor site near the sensor, so
@@ -18,9 +18,7 @@ struct HilbertFrame
   ScanFrame cells;               ///< of the scan's cells
   CellIndex anchorSite;          ///< in the lattice's own indices
   Eigen::Vector3d cellOrigin_m;  ///< lowest corner of the anchor cell
-  double resolution_m;           ///< edge of a cell
   double spacing_m;              ///< h
-  bool planar;
 
   /** The frame for a sensor in a map whose lattice is fixed to the map.
    * @param near_map [m]; @param layer of cells, if the map is planar
@@ -39,8 +37,8 @@ struct HilbertFrame
   /// @param local [cells], from `cells`. @return [m] from the anchor site's corner.
   [[nodiscard]] Eigen::Vector3d position(const Eigen::Vector3d& local) const
   {
-    Eigen::Vector3d place = cellOrigin_m + local * resolution_m;
-    if (planar) place.z() = 0.5 * spacing_m;
+    Eigen::Vector3d place = cellOrigin_m + local * cells.resolution_m();
+    if (cells.planar()) place.z() = 0.5 * spacing_m;
     return place;
   }
 };

@@ -29,40 +29,61 @@ class FanSelector
         noReturnIsFree_(limits.noReturnIsFree),
         counts_(counts)
   {
-    selected.origin_map = fan.origin_map;
+    selected.centre = fan.centre;
+    selected.beam = fan.beam;
+    selected.statedRangeMin_m = min_m_;
+    selected.statedRangeMax_m = max_m_ > 0 ? max_m_ : 0;
     if (!(max_m_ > 0)) max_m_ = std::numeric_limits<double>::infinity();
   }
 
-  void addReturn(const Eigen::Vector3d& end)
+  void add(const Ray& ray)
   {
-    if (!end.allFinite()) return count(counts_.notFinite);
-    if (!isPlace(end)) return count(counts_.outside);
-    const Eigen::Vector3d ray = end - selected.origin_map;
-    const double range = ray.norm();
+    switch (ray.meaning)
+    {
+      case RayEnd::Return:
+        return addReturn(ray);
+      case RayEnd::NoReturn:
+        return addFree(ray, max_m_);
+      case RayEnd::Cut:
+        return addFree(ray, std::min(max_m_, ray.end.norm()));
+      case RayEnd::Dropped:
+        return count(counts_.dropped);
+      case RayEnd::TooNear:
+        return count(counts_.tooNear);
+    }
+  }
+
+  RayFan selected;
+
+ private:
+  void addReturn(const Ray& ray)
+  {
+    if (!ray.end.allFinite()) return count(counts_.notFinite);
+    if (!isPlace(ray.end)) return count(counts_.outside);
+    const Eigen::Vector3d fromCentre = ray.end - selected.centre;
+    const double range = fromCentre.norm();
     if (!(range > 0) || range < min_m_) return count(counts_.tooNear);
     if (range > max_m_)
     {
-      selected.freeRays_map.push_back(ray * (max_m_ / range));
+      selected.rays.push_back({fromCentre * (max_m_ / range), RayEnd::Cut, ray.echo});
       return count(counts_.freeOnly);
     }
-    selected.hitEnds_map.push_back(end);
+    selected.rays.push_back(ray);
     count(counts_.hits);
   }
 
-  void addNoReturn(const Eigen::Vector3d& direction)
+  void addFree(const Ray& ray, double length_m)
   {
-    if (!direction.allFinite()) return count(counts_.notFinite);
-    const double largest = direction.cwiseAbs().maxCoeff();
+    if (!ray.end.allFinite()) return count(counts_.notFinite);
+    const double largest = ray.end.cwiseAbs().maxCoeff();
     if (!(largest > 0)) return count(counts_.tooNear);
-    if (!noReturnIsFree_ || !std::isfinite(max_m_)) return count(counts_.unbounded);
+    const bool isWanted = noReturnIsFree_ || ray.meaning == RayEnd::Cut;
+    if (!isWanted || !std::isfinite(length_m)) return count(counts_.unbounded);
     // Any length will do: divided by the largest part first, so that no square is too small or too large.
-    selected.freeRays_map.push_back((direction / largest).normalized() * max_m_);
+    selected.rays.push_back({(ray.end / largest).normalized() * length_m, ray.meaning, ray.echo});
     count(counts_.freeOnly);
   }
 
-  SelectedFan selected;
-
- private:
   static void count(size_t& counter) { ++counter; }
 
   double min_m_;
@@ -87,6 +108,7 @@ RayCounts& RayCounts::operator+=(const RayCounts& other)
   hits += other.hits;
   freeOnly += other.freeOnly;
   decimated += other.decimated;
+  dropped += other.dropped;
   notFinite += other.notFinite;
   tooNear += other.tooNear;
   unbounded += other.unbounded;
@@ -94,54 +116,43 @@ RayCounts& RayCounts::operator+=(const RayCounts& other)
   return *this;
 }
 
+Eigen::Vector3d SelectedRays::firstCentre_map() const
+{
+  for (const RayFan& fan : scan.fans)
+    if (!fan.rays.empty()) return scan.inMap(fan.centre);
+  return scan.sensorPose_map.translation();
+}
+
 SelectedRays selectRays(const Scan& scan, const RangeLimits& limits)
 {
   limits.validate();
 
   SelectedRays rays;
+  rays.scan.sensorPose_map = scan.sensorPose_map;
+  rays.scan.poseCovariance = scan.poseCovariance;
+  const bool hasPose = scan.sensorPose_map.matrix().allFinite();
   uint32_t untilNext = 0;
-  const auto decimated = [&]
-  {
-    const bool skip = untilNext != 0;
-    untilNext = skip ? untilNext - 1 : limits.decimation - 1;
-    if (skip) ++rays.counts.decimated;
-    return skip;
-  };
   for (const RayFan& fan : scan.fans)
   {
     FanSelector selector(fan, limits, rays.counts);
-    const bool usable = isPlace(fan.origin_map);
-    size_t& lost = fan.origin_map.allFinite() ? rays.counts.outside : rays.counts.notFinite;
-    selector.selected.hitEnds_map.reserve(fan.returns_map.size() / limits.decimation + 1);
-    for (const Eigen::Vector3d& end : fan.returns_map)
+    selector.selected.rays.reserve(fan.rays.size() / limits.decimation + 1);
+    const bool isFinite = hasPose && fan.centre.allFinite();
+    const bool isUsable = isFinite && isPlace(fan.centre) && isPlace(scan.inMap(fan.centre));
+    size_t& lost = isFinite ? rays.counts.outside : rays.counts.notFinite;
+    for (const Ray& ray : fan.rays)
     {
-      if (decimated()) continue;
-      if (usable)
-        selector.addReturn(end);
+      const bool skipped = untilNext != 0;
+      untilNext = skipped ? untilNext - 1 : limits.decimation - 1;
+      if (skipped)
+        ++rays.counts.decimated;
+      else if (isUsable)
+        selector.add(ray);
       else
         ++lost;
     }
-    for (const Eigen::Vector3d& direction : fan.noReturnDirections_map)
-    {
-      if (decimated()) continue;
-      if (usable)
-        selector.addNoReturn(direction);
-      else
-        ++lost;
-    }
-    rays.fans.push_back(std::move(selector.selected));
+    rays.scan.fans.push_back(std::move(selector.selected));
   }
   return rays;
-}
-
-CellIndex anchorOf(const SelectedRays& rays, double resolution_m)
-{
-  for (const SelectedFan& fan : rays.fans)
-  {
-    if (!fan.origin_map.allFinite()) continue;
-    if (const auto cell = cellAt(fan.origin_map, resolution_m)) return *cell;
-  }
-  return {};
 }
 
 }  // namespace lamap

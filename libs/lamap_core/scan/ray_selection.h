@@ -1,11 +1,9 @@
 #pragma once
 
-#include <lamap_core/grid/cell.h>
 #include <lamap_core/scan/scan.h>
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace lamap
 {
@@ -15,8 +13,7 @@ struct RangeLimits
   double min_m = 0;  ///< returns nearer than this are left out; also what the observation states
   double max_m = 0;  ///< 0: what the observation states, unlimited where it states none
   bool noReturnIsFree = true;
-  uint32_t decimation =
-      1;  ///< every so many-th ray, counted through the scan: returns, then no-returns, fan by fan
+  uint32_t decimation = 1;  ///< use every Nth ray, counted through the scan in the order of the sensor
 
   /// @throws std::invalid_argument naming the option (minRange, maxRange, rayDecimation), its value and what
   /// is legal.
@@ -28,7 +25,8 @@ struct RayCounts
 {
   size_t hits = 0;       ///< used, with their end
   size_t freeOnly = 0;   ///< used as free space only: without return, or cut at the maximum range
-  size_t decimated = 0;  ///< not looked at
+  size_t decimated = 0;  ///< skipped by rayDecimation
+  size_t dropped = 0;    ///< nothing is known of them
   size_t notFinite = 0;  ///< NaN or infinite: left out
   size_t tooNear = 0;    ///< nearer than the minimum range, or of length zero: left out
   size_t unbounded =
@@ -40,20 +38,18 @@ struct RayCounts
   RayCounts& operator+=(const RayCounts& other);
 };
 
-/// The usable rays of a fan. Points in metres in the map frame.
-struct SelectedFan
-{
-  Eigen::Vector3d origin_map = Eigen::Vector3d::Zero();
-  std::vector<Eigen::Vector3d> hitEnds_map;
-  /// Vectors from the origin to ends without a hit: free space up to and including the end. No points, for
-  /// those would be rounded far from the map's origin.
-  std::vector<Eigen::Vector3d> freeRays_map;
-};
-
+/** The usable rays of a scan, cut to their ranges.
+ *
+ * Each ray is a Return; or a NoReturn or Cut, whose vector [m] ends where its free space does: a vector, for
+ * an end point would be rounded far from the map's origin. Each fan states the maximum range that was applied
+ * (0: unlimited). Fans and rays keep their order. */
 struct SelectedRays
 {
-  std::vector<SelectedFan> fans;
+  Scan scan;
   RayCounts counts;
+
+  /// Optical centre of the first fan with usable rays [m]; the sensor if there is none.
+  [[nodiscard]] Eigen::Vector3d firstCentre_map() const;
 };
 
 /** Selects and cuts the rays of a scan.
@@ -62,8 +58,5 @@ struct SelectedRays
  * likewise.
  * @throws std::invalid_argument if the limits are not finite, negative or the decimation is 0. */
 [[nodiscard]] SelectedRays selectRays(const Scan& scan, const RangeLimits& limits);
-
-/// The cell that holds the first origin that cells can address; the one at zero if there is none.
-[[nodiscard]] CellIndex anchorOf(const SelectedRays& rays, double resolution_m);
 
 }  // namespace lamap

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <lamap_core/grid/cell.h>
+#include <lamap_core/scan/scan.h>
 
 #include <Eigen/Core>
 #include <cmath>
@@ -25,7 +26,14 @@ class ScanFrame
   {
   }
 
+  /** The frame of a scan, anchored where the rays of its first fan come from that cells can address; at cell
+   * 0 if none can be.
+   * @param layer of a planar map, which the anchor is in */
+  [[nodiscard]] static ScanFrame around(const Scan& scan, double resolution_m, std::optional<int32_t> layer);
+
+  [[nodiscard]] double resolution_m() const { return resolution_m_; }
   [[nodiscard]] const CellIndex& anchor() const { return anchor_; }
+  [[nodiscard]] bool planar() const { return planar_; }
 
   /// @param point_map [m]. @return [cells]; nothing where it is outside.
   [[nodiscard]] std::optional<Eigen::Vector3d> toLocal(const Eigen::Vector3d& point_map) const
@@ -69,6 +77,11 @@ class ScanFrame
 {
   const auto truncated = static_cast<int32_t>(coordinate);
   return truncated - (coordinate < truncated ? 1 : 0);
+}
+
+[[nodiscard]] inline CellIndex cellOfLocal(const Eigen::Vector3d& local)
+{
+  return {localCell(local.x()), localCell(local.y()), localCell(local.z())};
 }
 
 }  // namespace lamap

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <lamap_core/scan/lattice_frame.h>
-#include <lamap_core/scan/ray_selection.h>
+#include <lamap_core/training/sampling_rules.h>
+#include <lamap_core/training/training_set.h>
 
 #include <Eigen/Core>
-#include <memory>
 #include <vector>
 
 namespace lamap
@@ -16,7 +16,7 @@ enum class HilbertPoints
   Points  ///< each hit and each free sample by itself, where it is (thesis)
 };
 
-/// How a scan's rays become training points.
+/// How a scan's rays become training points: backwards from their ends.
 struct HilbertSampling
 {
   HilbertPoints trainingPoints = HilbertPoints::Cells;
@@ -25,8 +25,7 @@ struct HilbertSampling
   double hitWeight = 2.0;       ///< weight of a hit [-], > 0
   double freeWeight = 1.0;      ///< weight of a free point [-], ≥ 0; 0: no free points
 
-  /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
-  void validate() const;
+  [[nodiscard]] SamplingRules rules() const;
 
   friend bool operator==(const HilbertSampling& a, const HilbertSampling& b);
 };
@@ -56,7 +55,15 @@ struct HilbertUncertainty
   /** Covariance of a point [m²].
    * @param place [m], in the frame of `centre`; @param sensor [m] likewise, where its ray came from */
   [[nodiscard]] Eigen::Matrix3d of(const Eigen::Vector3d& place, const Eigen::Vector3d& sensor) const;
+
+  friend bool operator==(const HilbertUncertainty& a, const HilbertUncertainty& b)
+  {
+    return a.pose == b.pose && a.centre == b.centre && a.rangeStd_m == b.rangeStd_m && a.point == b.point;
+  }
 };
+
+/// A covariance without its height, for planar maps.
+[[nodiscard]] Eigen::Matrix3d inPlane(const Eigen::Matrix3d& covariance);
 
 /// Weighted points with label 1 (occupied) or 0 (free).
 struct HilbertTrainingSet
@@ -70,30 +77,14 @@ struct HilbertTrainingSet
   [[nodiscard]] size_t size() const { return points.size(); }
   void clear();
   void add(const Eigen::Vector3d& point, bool occupied, double weight);
-};
-
-/** Makes training sets; keeps its working memory from scan to scan.
- *
- * Definitions. Rays of a fan that end in the same cell are one ray to their mean (`Cells` only). A ray with a
- * hit has free samples freeMargin before its end and then every freeResolution towards the sensor, as far as
- * the sensor itself; a ray without a hit has its first one at its end. */
-class HilbertSampler
-{
- public:
-  HilbertSampler();
-  ~HilbertSampler();
-
-  /** @param rays in the frame that frame.cells takes [m]; counts.outside and counts.tooNear grow by rays that
-   *  end too far from the anchor, or that a planar map sees as points
-   *  @return the training set in the order of blocks of cells (`Cells`) or of rays; valid until the next
-   *  call. Covariances are left empty.
-   *  @throws std::length_error if the scan touches too many blocks of cells, see ScanBlocks, or has too many
-   *  points. */
-  HilbertTrainingSet& sample(SelectedRays& rays, const HilbertSampling& sampling, const HilbertFrame& frame);
-
- private:
-  struct Workspace;
-  std::unique_ptr<Workspace> workspace_;
+  /// @param point in the frame's cells; one with a width is equally uncertain along all axes
+  void add(const TrainingPoint& point, const HilbertFrame& frame);
+  /// Adds the points of a scan. @param set in the frame's cells
+  void append(const TrainingSet& set, const HilbertFrame& frame);
+  /** Adds covariance to the points from `first` on.
+   * @param uncertainty in the frame of the points [m]; @param sensor [m] likewise, where the rays came from
+   * @param planar points move in the plane only */
+  void blur(size_t first, const HilbertUncertainty& uncertainty, const Eigen::Vector3d& sensor, bool planar);
 };
 
 }  // namespace lamap

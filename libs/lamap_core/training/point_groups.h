@@ -45,21 +45,33 @@ class PointGroups
 
   void add(uint64_t key, const Eigen::Vector3d& point)
   {
-    if (groups_.empty() || key != lastKey_)
-    {
-      const auto [entry, added] = numbers_.emplace(key, static_cast<uint32_t>(groups_.size()));
-      if (added) groups_.emplace_back().first = point;
-      lastKey_ = key;
-      lastNumber_ = entry->second;
-    }
-    PointGroup& group = groups_[lastNumber_];
+    PointGroup& group = groupOf(key, point);
     group.sum += point;
     ++group.count;
+  }
+
+  void add(uint64_t key, const PointGroup& points)
+  {
+    PointGroup& group = groupOf(key, points.first);
+    group.sum += points.sum;
+    group.count += points.count;
   }
 
   [[nodiscard]] const std::vector<PointGroup>& groups() const { return groups_; }
 
  private:
+  PointGroup& groupOf(uint64_t key, const Eigen::Vector3d& first)
+  {
+    if (groups_.empty() || key != lastKey_)
+    {
+      const auto [entry, added] = numbers_.emplace(key, static_cast<uint32_t>(groups_.size()));
+      if (added) groups_.emplace_back().first = first;
+      lastKey_ = key;
+      lastNumber_ = entry->second;
+    }
+    return groups_[lastNumber_];
+  }
+
   struct KeyHash
   {
     [[nodiscard]] size_t operator()(uint64_t key) const noexcept

@@ -2,10 +2,14 @@
 
 #include <lamap_core/grid/cell.h>
 #include <lamap_core/grid/scan_blocks.h>
+#include <lamap_core/scan/ray_selection.h>
+#include <lamap_core/scan/scan_frame.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 namespace lamap
@@ -30,30 +34,97 @@ struct FreeSegment
   Eigen::Vector3d end;
 };
 
-/** What a scan teaches (thesis 4.2.1 and 4.4): points with label 1 and 0, in the scan's frame.
- *
- * Which members are filled follows the options: cells in `masks`; hits of `Centroids` in hitPoints; free
- * points of `Centroids` in freePoints; rays of `Line` in freeSegments. `masks` is always there for the
- * protected cells. */
-struct TrainingSet
-{
-  ScanBlocks blocks;              ///< in blocks of the scan, relative to the anchor's block
-  std::vector<BlockMasks> masks;  ///< by block number
-  std::vector<Eigen::Vector3d> hitPoints;
-  std::vector<Eigen::Vector3d> freePoints;
-  std::vector<FreeSegment> freeSegments;
-};
-
-/// Cell relative to the anchor → cell relative to the first cell of the anchor's scan block.
+/// Cell relative to the anchor → cell relative to the first cell of the scan block that the anchor is in.
 struct BlockOffset
 {
+  /// Scan blocks begin at the anchor.
+  BlockOffset() = default;
+  /// Scan blocks lie where blocks of 8 cells of the map lie.
   explicit BlockOffset(const CellIndex& anchor)
       : x(anchor.x & (kScanBlockEdge - 1)),
         y(anchor.y & (kScanBlockEdge - 1)),
         z(anchor.z & (kScanBlockEdge - 1))
   {
   }
-  int32_t x, y, z;
+  int32_t x = 0, y = 0, z = 0;
 };
+
+/// What a scan teaches of one place.
+struct TrainingPoint
+{
+  Eigen::Vector3d place;
+  bool occupied = false;  ///< the label
+  double weight = 1;
+  double width = 0;  ///< root mean square, over the axes, of its standard deviation; 0: it is exactly there
+};
+
+/** What a scan teaches (thesis 4.2.1 and 4.4): points with label 1 and 0, in the scan's frame [cells].
+ *
+ * Which members are filled follows the rules: cells in `masks`; hits of `Centroids` in hitPoints; free
+ * points of `Centroids` in freePoints; rays of `Line` in freeSegments. `masks` is always there for the
+ * protected cells. */
+struct TrainingSet
+{
+  BlockOffset offset;             ///< of the scan blocks
+  ScanBlocks blocks;              ///< relative to the block of the anchor
+  std::vector<BlockMasks> masks;  ///< by block number
+  std::vector<Eigen::Vector3d> hitPoints;
+  std::vector<Eigen::Vector3d> freePoints;
+  std::vector<FreeSegment> freeSegments;
+  double hitWeight = 1;
+  double freeWeight = 1;
+  RayCounts counts;  ///< what became of the scan's rays
+
+  /// @param cell relative to the anchor
+  [[nodiscard]] bool isProtected(const CellIndex& cell) const;
+
+  /** Calls visit(TrainingPoint) for each point: cells by block (sorted), z, y, x; then the hits, then the
+   * free points where they are. Free points in protected cells are left out; segments are no points. */
+  template <typename Visit>
+  void forEachPoint(Visit&& visit) const;
+};
+
+inline bool TrainingSet::isProtected(const CellIndex& cell) const
+{
+  const CellIndex inBlocks{cell.x + offset.x, cell.y + offset.y, cell.z + offset.z};
+  const int32_t number = blocks.find(
+      {inBlocks.x >> kScanBlockLog2Edge, inBlocks.y >> kScanBlockLog2Edge, inBlocks.z >> kScanBlockLog2Edge});
+  if (number < 0 || static_cast<size_t>(number) >= masks.size()) return false;
+  constexpr int32_t kLow = kScanBlockEdge - 1;
+  const CellMask& mask = masks[static_cast<size_t>(number)].protectedHit;
+  return (mask[static_cast<size_t>(inBlocks.z & kLow)] >>
+              ((inBlocks.y & kLow) * kScanBlockEdge + (inBlocks.x & kLow)) &
+          1) != 0;
+}
+
+template <typename Visit>
+void TrainingSet::forEachPoint(Visit&& visit) const
+{
+  std::vector<uint32_t> order(masks.size());
+  std::iota(order.begin(), order.end(), uint32_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](uint32_t a, uint32_t b) { return blocks.blocks()[a] < blocks.blocks()[b]; });
+  for (const uint32_t number : order)
+  {
+    const BlockIndex& block = blocks.blocks()[number];
+    const BlockMasks& cells = masks[number];
+    for (size_t z = 0; z < kScanBlockEdge; ++z)
+    {
+      const uint64_t free = cells.free[z] & ~cells.protectedHit[z];
+      for (uint64_t rest = cells.hit[z] | free; rest != 0; rest &= rest - 1)
+      {
+        const int bit = __builtin_ctzll(rest);
+        const Eigen::Vector3d centre(block.x * kScanBlockEdge - offset.x + bit % kScanBlockEdge + 0.5,
+                                     block.y * kScanBlockEdge - offset.y + bit / kScanBlockEdge + 0.5,
+                                     block.z * kScanBlockEdge - offset.z + static_cast<int>(z) + 0.5);
+        if ((cells.hit[z] >> bit & 1) != 0) visit(TrainingPoint{centre, true, hitWeight, 0});
+        if ((free >> bit & 1) != 0) visit(TrainingPoint{centre, false, freeWeight, 0});
+      }
+    }
+  }
+  for (const Eigen::Vector3d& place : hitPoints) visit(TrainingPoint{place, true, hitWeight, 0});
+  for (const Eigen::Vector3d& place : freePoints)
+    if (!isProtected(cellOfLocal(place))) visit(TrainingPoint{place, false, freeWeight, 0});
+}
 
 }  // namespace lamap

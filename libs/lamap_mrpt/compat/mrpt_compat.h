@@ -11,6 +11,7 @@
 #include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/maps/TMetricMapInitializer.h>
 #include <mrpt/maps/TMetricMapTypesRegistry.h>
+#include <mrpt/obs/CObservationRange.h>
 #include <mrpt/obs/CObservationRotatingScan.h>
 
 #include <Eigen/Core>
@@ -84,6 +85,15 @@ struct CanBeExternallyStored<T, std::void_t<decltype(std::declval<const T&>().is
     : std::true_type
 {
 };
+
+template <typename T, typename = void>
+struct HasConeAperture : std::false_type
+{
+};
+template <typename T>
+struct HasConeAperture<T, std::void_t<decltype(std::declval<const T&>().sensorConeAperture)>> : std::true_type
+{
+};
 }  // namespace detail
 
 /// One pose of a simple map and the observations from it.
@@ -107,6 +117,16 @@ template <typename SimpleMap = mrpt::maps::CSimpleMap>
     const auto pair = map.getAsPair(index);
     return {pair.pose, pair.sf};
   }
+}
+
+/// Opening angle of a range finder's cone [rad]; the member was misspelt in MRPT 2.5.
+template <typename Range = mrpt::obs::CObservationRange>
+[[nodiscard]] double coneApertureOf(const Range& range)
+{
+  if constexpr (detail::HasConeAperture<Range>::value)
+    return range.sensorConeAperture;
+  else
+    return range.sensorConeApperture;
 }
 
 /// CObservationRotatingScan is always in memory in MRPT 2.5, and may be stored externally in later versions.

@@ -3,6 +3,8 @@
 #include <lamap_mrpt/files/content_parts.h>
 #include <lamap_mrpt/files/grid_content.h>
 
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace lamap
@@ -92,26 +94,34 @@ std::shared_ptr<const HilbertModel> readModel(ByteReader& in)
   return model;
 }
 
-void writePlaces(const std::vector<Eigen::Vector3d>& places, ByteWriter& out)
+/// The rays with a return, or the others.
+void writeRays(const RayFan& fan, bool returned, ByteWriter& out)
 {
-  writeAll(places, out, [&](const Eigen::Vector3d& place) { writeMatrix(place, out); });
+  std::vector<Eigen::Vector3d> ends;
+  for (const Ray& ray : fan.rays)
+    if ((ray.meaning == RayEnd::Return) == returned) ends.push_back(ray.end);
+  writeAll(ends, out, [&](const Eigen::Vector3d& end) { writeMatrix(end, out); });
 }
 
-void readPlaces(std::vector<Eigen::Vector3d>& places, ByteReader& in)
+void readRays(RayFan& fan, RayEnd meaning, size_t& count, ByteReader& in)
 {
-  readAll(places, kPlaceBytes, in, [&] { return readMatrix<Eigen::Vector3d>(in); });
+  std::vector<Eigen::Vector3d> ends;
+  readAll(ends, kPlaceBytes, in, [&] { return readMatrix<Eigen::Vector3d>(in); });
+  for (const Eigen::Vector3d& end : ends) fan.add(meaning, end);
+  count += ends.size();
 }
 
 void writeScan(const ModelScan& scan, ByteWriter& out)
 {
-  writeAll(scan.fans, out,
-           [&](const ModelScan::Fan& fan)
-           {
-             writeMatrix(fan.rays.origin_map, out);
-             writePlaces(fan.rays.hitEnds_map, out);
-             writePlaces(fan.rays.freeRays_map, out);
-             out.number(fan.rangeMax_m);
-           });
+  writeAll(
+      scan.rays.scan.fans, out,
+      [&](const RayFan& fan)
+      {
+        writeMatrix(fan.centre, out);
+        writeRays(fan, true, out);
+        writeRays(fan, false, out);
+        out.number(fan.statedRangeMax_m > 0 ? fan.statedRangeMax_m : std::numeric_limits<double>::infinity());
+      });
   out.number(scan.uncertainty.has_value());
   if (!scan.uncertainty) return;
   writeMatrix(scan.uncertainty->pose, out);
@@ -123,14 +133,15 @@ void writeScan(const ModelScan& scan, ByteWriter& out)
 ModelScan readScan(ByteReader& in)
 {
   ModelScan scan;
-  readAll(scan.fans, kPlaceBytes + 2 * sizeof(uint64_t) + sizeof(double), in,
+  readAll(scan.rays.scan.fans, kPlaceBytes + 2 * sizeof(uint64_t) + sizeof(double), in,
           [&]
           {
-            ModelScan::Fan fan;
-            fan.rays.origin_map = readMatrix<Eigen::Vector3d>(in);
-            readPlaces(fan.rays.hitEnds_map, in);
-            readPlaces(fan.rays.freeRays_map, in);
-            fan.rangeMax_m = in.number<double>();
+            RayFan fan;
+            fan.centre = readMatrix<Eigen::Vector3d>(in);
+            readRays(fan, RayEnd::Return, scan.rays.counts.hits, in);
+            readRays(fan, RayEnd::Cut, scan.rays.counts.freeOnly, in);
+            const auto rangeMax_m = in.number<double>();
+            fan.statedRangeMax_m = std::isfinite(rangeMax_m) ? rangeMax_m : 0;
             return fan;
           });
   if (!in.number<bool>()) return scan;

@@ -7,6 +7,7 @@
 #include <lamap_mrpt/learned_map/end_point_likelihood.h>
 #include <lamap_mrpt/learned_map/occupied_cells.h>
 #include <lamap_mrpt/observations/observation_rays.h>
+#include <lamap_mrpt/observations/pose_covariance.h>
 #include <mrpt/opengl/COpenGLScene.h>
 
 #include <algorithm>
@@ -223,25 +224,27 @@ bool CLearnedMap::castRay(const mrpt::math::TPoint3D& origin, const mrpt::math::
 void CLearnedMap::insertRay(float end_x, float end_y, float end_z, float sensor_x, float sensor_y,
                             float sensor_z)
 {
-  RayFan fan;
-  fan.origin_map = {sensor_x, sensor_y, sensor_z};
-  fan.returns_map = {{end_x, end_y, end_z}};
-  insertScan({{fan}});
+  Scan scan;
+  RayFan& fan = scan.fans.emplace_back();
+  fan.centre = {sensor_x, sensor_y, sensor_z};
+  fan.addReturn({end_x, end_y, end_z});
+  insertScan(scan);
 }
 
 void CLearnedMap::insertPointCloud(const mrpt::maps::CPointsMap& points, float sensor_x, float sensor_y,
                                    float sensor_z)
 {
-  RayFan fan;
-  fan.origin_map = {sensor_x, sensor_y, sensor_z};
-  fan.returns_map.reserve(points.size());
+  Scan scan;
+  RayFan& fan = scan.fans.emplace_back();
+  fan.centre = {sensor_x, sensor_y, sensor_z};
+  fan.rays.reserve(points.size());
   for (size_t i = 0; i < points.size(); ++i)
   {
     mrpt::math::TPoint3D point;
     points.getPoint(i, point);
-    fan.returns_map.emplace_back(point.x, point.y, point.z);
+    fan.addReturn({point.x, point.y, point.z});
   }
-  insertScan({{fan}});
+  insertScan(scan);
 }
 
 void CLearnedMap::saveMetricMapRepresentationToFile(const std::string& prefix) const
@@ -299,9 +302,9 @@ void CLearnedMap::contentChanged()
   box_.reset();
 }
 
-bool CLearnedMap::insertScan(const Scan& scan, const ScanPose& pose)
+bool CLearnedMap::insertScan(const Scan& scan)
 {
-  if (!tally(learnScan(scan, pose))) return false;
+  if (!tally(learnScan(scan))) return false;
   contentChanged();
   return true;
 }
@@ -410,12 +413,9 @@ bool CLearnedMap::internal_insertObservation(const mrpt::obs::CObservation& obse
     MRPT_LOG_ERROR_STREAM("an observation is ignored: " << compat::messageOf(error));
   }
   if (!scan) return false;
-  ScanPose pose;
-  mrpt::poses::CPose3D sensorInRobot;
-  observation.getSensorPose(sensorInRobot);
-  pose.sensor_map = (robotPose ? *robotPose : mrpt::poses::CPose3D()) + sensorInRobot;
-  pose.robot_map = uncertainPose_;
-  return insertScan(*scan, pose);
+  if (uncertainPose_ && scan->sensorPose_map.matrix().allFinite())
+    scan->poseCovariance = covarianceOfSensor(*uncertainPose_, scan->sensorPose_map.translation());
+  return insertScan(*scan);
 }
 
 bool CLearnedMap::internal_canComputeObservationLikelihood(const mrpt::obs::CObservation& observation) const

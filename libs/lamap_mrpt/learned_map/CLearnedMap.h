@@ -74,19 +74,10 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   void setThreadCount(unsigned threads) { threadCount_ = threads; }
   [[nodiscard]] unsigned threadCount() const { return threadCount_; }
 
-  /// What else is known of where a scan was taken.
-  struct ScanPose
-  {
-    /// The sensor's frame in the map; nothing: at the origin of the rays, with the map's axes.
-    std::optional<mrpt::poses::CPose3D> sensor_map;
-    /// Pose of the robot in the map and its covariance; nothing: the pose is certain.
-    std::optional<mrpt::poses::CPose3DPDFGaussian> robot_map;
-  };
-
-  /** Adds one scan whose rays are given in the map frame.
+  /** Adds one scan.
    * @return false if no ray of it was usable.
    * @throws std::invalid_argument if the insertion options are illegal. */
-  bool insertScan(const Scan& scan, const ScanPose& pose = {});
+  bool insertScan(const Scan& scan);
 
   /** As insertObservation(), at an uncertain pose. Learners that take uncertain inputs use its covariance as
    * their options say; the others only its mean. */
@@ -234,7 +225,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   CLearnedMap& operator=(const CLearnedMap& other);
 
   /// Learns a scan. @return what became of its rays
-  virtual RayCounts learnScan(const Scan& scan, const ScanPose& pose) = 0;
+  virtual RayCounts learnScan(const Scan& scan) = 0;
 
   /// Must be called after every change of cells.
   virtual void contentChanged();

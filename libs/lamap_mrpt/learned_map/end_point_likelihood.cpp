@@ -13,8 +13,10 @@ EndPoints endPointsOf(const mrpt::obs::CObservation& observation, const RangeLim
   endPoints.limits = limits;
   const auto scan = raysOf(observation, mrpt::poses::CPose3D());
   if (!scan) return endPoints;
-  for (const SelectedFan& fan : selectRays(*scan, limits).fans)
-    endPoints.ends_robot.insert(endPoints.ends_robot.end(), fan.hitEnds_map.begin(), fan.hitEnds_map.end());
+  const Scan selected = selectRays(*scan, limits).scan;
+  for (const RayFan& fan : selected.fans)
+    for (const Ray& ray : fan.rays)
+      if (ray.meaning == RayEnd::Return) endPoints.ends_robot.push_back(selected.inMap(ray.end));
   return endPoints;
 }
 

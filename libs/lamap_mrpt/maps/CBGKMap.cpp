@@ -105,7 +105,7 @@ std::vector<CLearnedMap::Fact> CBGKMap::facts() const
   return factsWith(std::move(ofCells), own);
 }
 
-RayCounts CBGKMap::learnScan(const Scan& scan, const ScanPose& /*pose*/)
+RayCounts CBGKMap::learnScan(const Scan& scan)
 {
   return map().insert(scan, insertionOptions, threadCount());
 }

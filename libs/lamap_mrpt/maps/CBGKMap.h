@@ -65,7 +65,7 @@ class CBGKMap : public LearnerMap<BgkLearner>
   void updateVoxel(double x, double y, double z, bool occupied) override;
 
  private:
-  RayCounts learnScan(const Scan& scan, const ScanPose& pose) override;
+  RayCounts learnScan(const Scan& scan) override;
 };
 
 }  // namespace lamap

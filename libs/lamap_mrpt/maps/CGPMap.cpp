@@ -68,7 +68,7 @@ std::vector<CLearnedMap::Fact> CGPMap::facts() const
   return factsWith(std::move(ofCells), own);
 }
 
-RayCounts CGPMap::learnScan(const Scan& scan, const ScanPose& /*pose*/)
+RayCounts CGPMap::learnScan(const Scan& scan)
 {
   return map().insert(scan, insertionOptions, threadCount());
 }

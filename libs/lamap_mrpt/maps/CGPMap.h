@@ -53,7 +53,7 @@ class CGPMap : public LearnerMap<GpLearner>
   void updateVoxel(double x, double y, double z, bool occupied) override;
 
  private:
-  RayCounts learnScan(const Scan& scan, const ScanPose& pose) override;
+  RayCounts learnScan(const Scan& scan) override;
 };
 
 }  // namespace lamap

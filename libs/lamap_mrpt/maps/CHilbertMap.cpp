@@ -46,9 +46,9 @@ std::vector<CLearnedMap::Fact> CHilbertMap::facts() const
   return factsWith(cellFacts(), own);
 }
 
-RayCounts CHilbertMap::learnScan(const Scan& scan, const ScanPose& pose)
+RayCounts CHilbertMap::learnScan(const Scan& scan)
 {
-  const auto uncertainty = uncertaintyOf(insertionOptions, pose);
+  const auto uncertainty = uncertaintyOf(insertionOptions, scan);
   return map().insert(scan, insertionOptions, uncertainty ? &*uncertainty : nullptr, threadCount());
 }
 

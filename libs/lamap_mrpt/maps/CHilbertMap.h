@@ -68,7 +68,7 @@ class CHilbertMap : public LearnerMap<HilbertLearner>
   void updateVoxel(double x, double y, double z, bool occupied) override;
 
  private:
-  RayCounts learnScan(const Scan& scan, const ScanPose& pose) override;
+  RayCounts learnScan(const Scan& scan) override;
 };
 
 }  // namespace lamap

@@ -88,16 +88,11 @@ std::vector<CLearnedMap::Fact> COverlappingHilbertMap::facts() const
   return factsWith(cellFacts(), own);
 }
 
-RayCounts COverlappingHilbertMap::learnScan(const Scan& scan, const ScanPose& pose)
+RayCounts COverlappingHilbertMap::learnScan(const Scan& scan)
 {
-  const auto uncertainty = uncertaintyOf(insertionOptions, pose);
-  std::optional<Eigen::Isometry3d> sensor;
-  // Where no model can stand no ray can begin: then the rays are counted and left out.
-  if (pose.sensor_map &&
-      ModelPose::isLegal(isometryOf(*pose.sensor_map), resolution(), creationOptions().planar))
-    sensor = isometryOf(*pose.sensor_map);
+  const auto uncertainty = uncertaintyOf(insertionOptions, scan);
   withPending_.reset();
-  return map().insert(scan, insertionOptions, sensor, uncertainty ? &*uncertainty : nullptr, threadCount());
+  return map().insert(scan, insertionOptions, uncertainty ? &*uncertainty : nullptr, threadCount());
 }
 
 void COverlappingHilbertMap::updateVoxel(double x, double y, double z, bool occupied)

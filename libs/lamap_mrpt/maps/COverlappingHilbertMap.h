@@ -85,7 +85,7 @@ class COverlappingHilbertMap : public LearnerMap<OverlappingLearner>
   void updateVoxel(double x, double y, double z, bool occupied) override;
 
  private:
-  RayCounts learnScan(const Scan& scan, const ScanPose& pose) override;
+  RayCounts learnScan(const Scan& scan) override;
   void contentChanged() override;
   /// The map with the scans that wait in it.
   [[nodiscard]] std::shared_ptr<const OverlappingHilbertMap> whole() const;

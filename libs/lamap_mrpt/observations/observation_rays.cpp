@@ -31,54 +31,35 @@ using mrpt::obs::CObservationVelodyneScan;
 using mrpt::obs::VelodyneCalibration;
 using mrpt::poses::CPose3D;
 
-/// Collects the rays of one optical centre, given in the sensor's frame.
-class FanBuilder
-{
- public:
-  FanBuilder(const CPose3D& robotPose, const CPose3D& sensorPose, double statedRangeMin_m,
-             double statedRangeMax_m)
-      : mapFromSensor_(isometryOf(robotPose) * isometryOf(sensorPose))
-  {
-    fan_.origin_map = mapFromSensor_.translation();
-    fan_.statedRangeMin_m = statedRangeMin_m;
-    fan_.statedRangeMax_m = statedRangeMax_m;
-  }
-
-  void reserve(std::size_t rays) { fan_.returns_map.reserve(rays); }
-  void addReturn(const Eigen::Vector3d& point_sensor)
-  {
-    fan_.returns_map.emplace_back(mapFromSensor_ * point_sensor);
-  }
-  void addNoReturn(const Eigen::Vector3d& direction_sensor)
-  {
-    fan_.noReturnDirections_map.emplace_back(mapFromSensor_.linear() * direction_sensor);
-  }
-  /// A range that is no length gives a point that is counted as unusable.
-  void addRange(double range_m, const Eigen::Vector3d& direction_sensor)
-  {
-    addReturn((range_m < 0 ? std::numeric_limits<double>::quiet_NaN() : range_m) * direction_sensor);
-  }
-
-  [[nodiscard]] RayFan take() { return std::move(fan_); }
-
- private:
-  Eigen::Isometry3d mapFromSensor_;
-  RayFan fan_;
-};
-
-Scan scanOf(FanBuilder& fan)
+/// A scan without rays yet, of one optical centre.
+Scan scanFrom(const CPose3D& robotPose, const CPose3D& sensorPose, double statedRangeMin_m,
+              double statedRangeMax_m)
 {
   Scan scan;
-  scan.fans.push_back(fan.take());
+  scan.sensorPose_map = isometryOf(robotPose) * isometryOf(sensorPose);
+  RayFan& fan = scan.fans.emplace_back();
+  fan.statedRangeMin_m = statedRangeMin_m;
+  fan.statedRangeMax_m = statedRangeMax_m;
   return scan;
+}
+
+/// Adds a ray of a measured range. One that is no length gives a point that is counted as unusable.
+void addRange(double range_m, const Eigen::Vector3d& direction, RayFan& fan)
+{
+  const bool isLength = range_m >= 0;  // false for NaN
+  if (isLength && (range_m == 0 || range_m < fan.statedRangeMin_m))
+    fan.add(RayEnd::TooNear, direction);
+  else
+    fan.addReturn(fan.centre + (isLength ? range_m : std::numeric_limits<double>::quiet_NaN()) * direction);
 }
 
 Scan raysOf2DRangeScan(const CObservation2DRangeScan& scan2D, const CPose3D& robotPose)
 {
   const double rangeMax_m = scan2D.maxRange > 0 ? scan2D.maxRange : 0;
-  FanBuilder fan(robotPose, scan2D.sensorPose, 0, rangeMax_m);
+  Scan scan = scanFrom(robotPose, scan2D.sensorPose, 0, rangeMax_m);
+  RayFan& fan = scan.fans.front();
   const std::size_t count = scan2D.getScanSize();
-  fan.reserve(count);
+  fan.rays.reserve(count);
 
   const Eigen::Matrix3d sensorFromRobot = isometryOf(scan2D.sensorPose).linear().transpose();
   const double sign = scan2D.rightToLeft ? 1 : -1;
@@ -98,11 +79,13 @@ Scan raysOf2DRangeScan(const CObservation2DRangeScan& scan2D, const CPose3D& rob
     const double range_m = scan2D.getScanRange(i);
     const bool valid = scan2D.getScanRangeValidity(i);
     if ((rangeMax_m > 0 && range_m >= rangeMax_m) || (!valid && (range_m == 0 || std::isinf(range_m))))
-      fan.addNoReturn(direction);
+      fan.add(RayEnd::NoReturn, direction);
     else if (valid)
-      fan.addRange(range_m, direction);
+      addRange(range_m, direction, fan);
+    else
+      fan.add(RayEnd::Dropped, direction);
   }
-  return scanOf(fan);
+  return scan;
 }
 
 /// For each pixel, row by row, the point at depth 1 m in the frame of the depth camera (x forward, z up).
@@ -146,16 +129,20 @@ bool isCalibrated(const mrpt::img::TCamera& camera)
   return std::isfinite(camera.fx()) && std::isfinite(camera.fy()) && camera.fx() > 0 && camera.fy() > 0;
 }
 
-void addRangeImage(const CObservation3DRangeScan& scan3D, FanBuilder& fan)
+void addRangeImage(const CObservation3DRangeScan& scan3D, RayFan& fan)
 {
   const auto& image = scan3D.rangeImage;
   const auto directions = pixelDirections(scan3D.cameraParams, image.rows(), image.cols());
-  fan.reserve(directions->atUnitDepth.size());
+  fan.rays.reserve(directions->atUnitDepth.size());
   auto direction = directions->atUnitDepth.begin();
   for (int row = 0; row < image.rows(); ++row)
     for (int column = 0; column < image.cols(); ++column, ++direction)
     {
-      if (image(row, column) == 0) continue;
+      if (image(row, column) == 0)
+      {
+        fan.add(RayEnd::Dropped, *direction);
+        continue;
+      }
       const double measured_m = image(row, column) * static_cast<double>(scan3D.rangeUnits);
       fan.addReturn(*direction * (scan3D.range_is_depth ? measured_m : measured_m / direction->norm()));
     }
@@ -172,7 +159,8 @@ void requireSameCount(const Coordinates& x, const Coordinates& y, const Coordina
 
 Scan raysOf3DRangeScan(const CObservation3DRangeScan& scan3D, const CPose3D& robotPose)
 {
-  FanBuilder fan(robotPose, scan3D.sensorPose, 0, scan3D.maxRange > 0 ? scan3D.maxRange : 0);
+  Scan scan = scanFrom(robotPose, scan3D.sensorPose, 0, scan3D.maxRange > 0 ? scan3D.maxRange : 0);
+  RayFan& fan = scan.fans.front();
   const bool hasImage = scan3D.hasRangeImage && scan3D.rangeImage.rows() > 0 && scan3D.rangeImage.cols() > 0;
   const bool hasPoints = scan3D.hasPoints3D && !scan3D.points3D_x.empty();
 
@@ -182,27 +170,31 @@ Scan raysOf3DRangeScan(const CObservation3DRangeScan& scan3D, const CPose3D& rob
   else if (hasPoints)
   {
     requireSameCount(scan3D.points3D_x, scan3D.points3D_y, scan3D.points3D_z);
-    fan.reserve(scan3D.points3D_x.size());
+    fan.rays.reserve(scan3D.points3D_x.size());
     for (std::size_t i = 0; i < scan3D.points3D_x.size(); ++i)
     {
       const Eigen::Vector3d point(scan3D.points3D_x[i], scan3D.points3D_y[i], scan3D.points3D_z[i]);
-      if (point != Eigen::Vector3d::Zero()) fan.addReturn(point);
+      if (point == Eigen::Vector3d::Zero())
+        fan.add(RayEnd::Dropped, point);
+      else
+        fan.addReturn(point);
     }
   }
   else if (hasImage)
     throw std::runtime_error("its range image has no calibration: the focal lengths in cameraParams are " +
                              std::to_string(scan3D.cameraParams.fx()) + " and " +
                              std::to_string(scan3D.cameraParams.fy()) + " pixels, and must be positive");
-  return scanOf(fan);
+  return scan;
 }
 
 Scan raysOfPointCloud(const CObservationPointCloud& cloud, const CPose3D& robotPose)
 {
-  FanBuilder fan(robotPose, cloud.sensorPose, 0, 0);
+  Scan scan = scanFrom(robotPose, cloud.sensorPose, 0, 0);
+  RayFan& fan = scan.fans.front();
   if (cloud.pointcloud)
   {
     const std::size_t count = cloud.pointcloud->size();
-    fan.reserve(count);
+    fan.rays.reserve(count);
     for (std::size_t i = 0; i < count; ++i)
     {
       float x = 0;
@@ -212,12 +204,13 @@ Scan raysOfPointCloud(const CObservationPointCloud& cloud, const CPose3D& robotP
       fan.addReturn({x, y, z});
     }
   }
-  return scanOf(fan);
+  return scan;
 }
 
 Scan raysOfVelodyneScan(const CObservationVelodyneScan& velodyne, const CPose3D& robotPose)
 {
-  FanBuilder fan(robotPose, velodyne.sensorPose, velodyne.minRange, velodyne.maxRange);
+  Scan scan = scanFrom(robotPose, velodyne.sensorPose, velodyne.minRange, velodyne.maxRange);
+  RayFan& fan = scan.fans.front();
 
   CObservationVelodyneScan generated;
   const auto* points = &velodyne.point_cloud;
@@ -231,9 +224,9 @@ Scan raysOfVelodyneScan(const CObservationVelodyneScan& velodyne, const CPose3D&
     points = &generated.point_cloud;
   }
   requireSameCount(points->x, points->y, points->z);
-  fan.reserve(points->size());
+  fan.rays.reserve(points->size());
   for (std::size_t i = 0; i < points->size(); ++i) fan.addReturn({points->x[i], points->y[i], points->z[i]});
-  return scanOf(fan);
+  return scan;
 }
 
 /** Elevations of a rotating scanner's rows; null where the model is unknown.
@@ -265,7 +258,7 @@ bool isFilledByFromVelodyne(const CObservationRotatingScan& rotating)
 }
 
 void addVelodyneColumns(const CObservationRotatingScan& rotating, const VelodyneCalibration& calibration,
-                        FanBuilder& fan)
+                        RayFan& fan)
 {
   const auto& image = rotating.rangeImage;
   const bool compact = isFilledByFromVelodyne(rotating);
@@ -282,14 +275,14 @@ void addVelodyneColumns(const CObservationRotatingScan& rotating, const Velodyne
       const Eigen::Vector3d direction(laser.cosVertCorrection * std::cos(azimuth),
                                       laser.cosVertCorrection * std::sin(azimuth), laser.sinVertCorrection);
       if (image(row, column) == 0)
-        fan.addNoReturn(direction);
+        fan.add(RayEnd::NoReturn, direction);
       else
-        fan.addReturn(image(row, column) * rotating.rangeResolution * direction);
+        addRange(image(row, column) * rotating.rangeResolution, direction, fan);
     }
   }
 }
 
-void addSingleRow(const CObservationRotatingScan& rotating, FanBuilder& fan)
+void addSingleRow(const CObservationRotatingScan& rotating, RayFan& fan)
 {
   const auto& image = rotating.rangeImage;
   const double steps = std::max<double>(static_cast<double>(image.cols()) - 1, 1);
@@ -298,9 +291,9 @@ void addSingleRow(const CObservationRotatingScan& rotating, FanBuilder& fan)
     const double azimuth = rotating.startAzimuth + rotating.azimuthSpan * column / steps;
     const Eigen::Vector3d direction(std::cos(azimuth), std::sin(azimuth), 0);
     if (image(0, column) == 0)
-      fan.addNoReturn(direction);
+      fan.add(RayEnd::NoReturn, direction);
     else
-      fan.addReturn(image(0, column) * rotating.rangeResolution * direction);
+      addRange(image(0, column) * rotating.rangeResolution, direction, fan);
   }
 }
 
@@ -311,20 +304,21 @@ bool hasKnownRows(const CObservationRotatingScan& rotating)
 
 Scan raysOfRotatingScan(const CObservationRotatingScan& rotating, const CPose3D& robotPose)
 {
-  FanBuilder fan(robotPose, rotating.sensorPose, rotating.minRange, rotating.maxRange);
+  Scan scan = scanFrom(robotPose, rotating.sensorPose, rotating.minRange, rotating.maxRange);
+  RayFan& fan = scan.fans.front();
   const auto& image = rotating.rangeImage;
   if (image.rows() != rotating.rowCount)
     throw std::runtime_error("its range image has " + std::to_string(image.rows()) + " rows, rowCount is " +
                              std::to_string(rotating.rowCount));
 
-  fan.reserve(static_cast<std::size_t>(image.size()));
+  fan.rays.reserve(static_cast<std::size_t>(image.size()));
   if (rotating.rowCount == 1)
     addSingleRow(rotating, fan);
   else if (const VelodyneCalibration* calibration = calibrationOf(rotating))
     addVelodyneColumns(rotating, *calibration, fan);
   else
     compat::forEachOrganizedPoint(rotating, [&](const Eigen::Vector3d& point) { fan.addReturn(point); });
-  return scanOf(fan);
+  return scan;
 }
 
 Scan raysOfRange(const CObservationRange& ranges, const CPose3D& robotPose)
@@ -332,15 +326,27 @@ Scan raysOfRange(const CObservationRange& ranges, const CPose3D& robotPose)
   const double rangeMin_m = ranges.minSensorDistance > 0 ? ranges.minSensorDistance : 0;
   const double rangeMax_m = ranges.maxSensorDistance > 0 ? ranges.maxSensorDistance : 0;
   Scan scan;
+  if (ranges.sensedData.empty()) return scan;
+  // The first sensor's frame is that of them all.
+  const mrpt::math::TPose3D& firstPose = ranges.sensedData.front().sensorPose;
+  const Eigen::Isometry3d first = isometryOf(CPose3D(firstPose));
+  scan.sensorPose_map = isometryOf(robotPose) * first;
   for (const auto& measurement : ranges.sensedData)
   {
-    FanBuilder fan(robotPose, CPose3D(measurement.sensorPose), rangeMin_m, rangeMax_m);
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    if (!(measurement.sensorPose == firstPose))
+      pose = first.inverse() * isometryOf(CPose3D(measurement.sensorPose));
+    RayFan& fan = scan.fans.emplace_back();
+    fan.centre = pose.translation();
+    fan.statedRangeMin_m = rangeMin_m;
+    fan.statedRangeMax_m = rangeMax_m;
+    fan.beam.halfWidth_rad = fan.beam.halfHeight_rad = 0.5 * compat::coneApertureOf(ranges);
+    const Eigen::Vector3d axis = pose.linear().col(0);
     const double range_m = measurement.sensedDistance;
     if (range_m <= 0 || (rangeMax_m > 0 && range_m >= rangeMax_m))
-      fan.addNoReturn(Eigen::Vector3d::UnitX());
+      fan.add(RayEnd::NoReturn, axis);
     else
-      fan.addReturn(range_m * Eigen::Vector3d::UnitX());
-    scan.fans.push_back(fan.take());
+      addRange(range_m, axis, fan);
   }
   return scan;
 }

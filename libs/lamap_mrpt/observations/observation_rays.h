@@ -17,20 +17,19 @@ namespace lamap
  */
 [[nodiscard]] bool supportsObservation(const mrpt::obs::CObservation& observation);
 
-/** The rays of an observation in the map frame.
+/** An observation as rays, in the frame of its sensor.
  *
- * Every end point is robotPose ⊕ sensor pose ⊕ point, composed in double. Nothing is left out for its range:
- * end points may lie beyond the maximum range or be NaN; whoever selects rays decides, and counts. What each
- * class states:
+ * The pose of the scan is robotPose ⊕ sensor pose, composed in double; every end point is the sensor's own.
+ * Nothing is left out for its range: end points may lie beyond the maximum range or be NaN; whoever selects
+ * rays decides, and counts. What each class states:
  *
  * - CObservation2DRangeScan. Ray i of n points at −aperture/2 + i·aperture/(n−1), mirrored unless rightToLeft
  * (a single ray points forward), and the sensor pitches by deltaPitch over the scan. A ray did not return
  * where its range is at least maxRange, valid or not, or where it is invalid with range 0. An invalid ray
  * with any other range (MRPT's exclusion areas and angles mark them: the robot's own body, a range below the
- * sensor's least) was measured and rejected: it says nothing, and gives no ray, whereas MRPT's grid maps call
- * it free.
+ * sensor's least) was measured and rejected: it is dropped, whereas MRPT's grid maps call it free.
  * - CObservation3DRangeScan. The range image through the depth camera's own model, distortion included; the
- * points where there is no image or no calibration. A pixel 0 or a point (0,0,0) is unknown, not free: a
+ * points where there is no image or no calibration. A pixel 0 or a point (0,0,0) is dropped, not free: a
  * depth camera without a match has seen nothing. No rays without return.
  * - CObservationPointCloud. All points, NaN too; sensorPose is applied (MRPT's own insertion forgets it). No
  * range is stated.
@@ -41,8 +40,8 @@ namespace lamap
  * return. A Velodyne's rows have the elevations of its standard calibration, and the columns as MRPT's
  * fromVelodyne() fills them: only the first n/rows, clockwise; there a column without any return was not
  * measured.
- * - CObservationRange. One fan a measurement, from its own sensor pose, its cone taken as its axis. No echo
- * (range ≤ 0 or ≥ maxSensorDistance) is a ray without return.
+ * - CObservationRange. One fan per measurement, all in the frame of the first one's sensor. Its ray is the
+ * axis of the cone that its beam states. No echo (range ≤ 0 or ≥ maxSensorDistance) is a ray without return.
  *
  * Externally stored data is loaded, and unloaded again if it was not in memory before; the observation is as
  * it was afterwards. For that the observation must not be used by another thread meanwhile.

@@ -1,4 +1,4 @@
-#include <lamap_core/scan/scan_labels.h>
+#include <lamap_core/training/scan_labels.h>
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_tools/commands/compare.h>

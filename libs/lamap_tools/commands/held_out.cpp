@@ -100,7 +100,7 @@ LabelRules labelRulesFor(const mrpt::maps::CMetricMap& map, const CellMap& cells
 
 std::optional<Scan> scanOf(const ScanItem& item)
 {
-  if (const auto* points = std::get_if<PointScan>(&item)) return scanOf(*points);
+  if (const auto* points = std::get_if<PointScan>(&item)) return points->scan;
   const auto* observed = std::get_if<ObservedScan>(&item);
   if (observed == nullptr || !supportsObservation(*observed->observation)) return std::nullopt;
   try

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/scan/scan_labels.h>
+#include <lamap_core/training/scan_labels.h>
 #include <lamap_mrpt/learned_map/cell_hash.h>
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/inputs/scan_inserter.h>

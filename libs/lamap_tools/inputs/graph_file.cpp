@@ -13,7 +13,7 @@ namespace
 {
 constexpr uint64_t kPointBytes = 12;
 
-mrpt::poses::CPose3D poseOf(const octomap::pose6d& pose)
+Eigen::Isometry3d isometryOf(const octomap::pose6d& pose)
 {
   const auto& q = pose.rot();
   Eigen::Quaterniond rotation(q.u(), q.x(), q.y(), q.z());
@@ -21,13 +21,14 @@ mrpt::poses::CPose3D poseOf(const octomap::pose6d& pose)
   rotation.normalize();
   const Eigen::Vector3d translation(pose.x(), pose.y(), pose.z());
   if (!translation.allFinite()) throw std::runtime_error("its position is not finite");
-  return mrpt::poses::CPose3D(mrpt::math::CMatrixDouble33(Eigen::Matrix3d(rotation.toRotationMatrix())),
-                              mrpt::math::CMatrixDouble31(translation));
+  Eigen::Isometry3d isometry(rotation);
+  isometry.translation() = translation;
+  return isometry;
 }
 
 /// A node as OctoMap's ScanNode writes it: points, pose, id. (ScanNode itself comments on every cloud it
 /// reads.)
-GraphScan readNode(std::istream& file, uint64_t bytesLeft)
+Scan readNode(std::istream& file, uint64_t bytesLeft)
 {
   uint32_t size = 0;
   file.read(reinterpret_cast<char*>(&size), sizeof(size));
@@ -40,15 +41,11 @@ GraphScan readNode(std::istream& file, uint64_t bytesLeft)
   file.read(reinterpret_cast<char*>(&id), sizeof(id));
   if (!file) throw std::runtime_error("the file ends within it");
 
-  GraphScan scan;
-  scan.sensorPose_map = poseOf(pose);
-  scan.points_map.reserve(points.size());
-  for (const octomap::point3d& point : points)
-  {
-    Eigen::Vector3d moved;
-    scan.sensorPose_map.composePoint(point.x(), point.y(), point.z(), moved.x(), moved.y(), moved.z());
-    scan.points_map.push_back(moved);
-  }
+  Scan scan;
+  scan.sensorPose_map = isometryOf(pose);
+  RayFan& fan = scan.fans.emplace_back();
+  fan.rays.reserve(points.size());
+  for (const octomap::point3d& point : points) fan.addReturn({point.x(), point.y(), point.z()});
   return scan;
 }
 }  // namespace
@@ -69,13 +66,13 @@ GraphFile::GraphFile(const std::string& path) : file_(path, std::ios::binary)
   size_ = size;
 }
 
-std::optional<GraphScan> GraphFile::next()
+std::optional<Scan> GraphFile::next()
 {
   if (damage_ || read_ == size_) return std::nullopt;
   try
   {
     const uint64_t bytesLeft = fileSize_ - static_cast<uint64_t>(file_.tellg());
-    GraphScan scan = readNode(file_, bytesLeft);
+    Scan scan = readNode(file_, bytesLeft);
     ++read_;
     return scan;
   }

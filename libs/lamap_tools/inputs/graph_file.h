@@ -1,24 +1,14 @@
 #pragma once
 
-#include <mrpt/poses/CPose3D.h>
+#include <lamap_core/scan/scan.h>
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <fstream>
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace lamap::tools
 {
-/// One scan of a scan graph.
-struct GraphScan
-{
-  mrpt::poses::CPose3D sensorPose_map;
-  /// End points in the map frame [m]; the file holds them in the sensor's frame.
-  std::vector<Eigen::Vector3d> points_map;
-};
-
 /** Reads the scans of OctoMap's binary scan graphs (`.graph`) one after the other. The edges between them are
  * not read. */
 class GraphFile
@@ -31,7 +21,7 @@ class GraphFile
   [[nodiscard]] size_t size() const { return size_; }
 
   /// The next scan; nothing after the last one that can be read.
-  [[nodiscard]] std::optional<GraphScan> next();
+  [[nodiscard]] std::optional<Scan> next();
 
   /// What is wrong with the rest of the file, once next() has met it.
   [[nodiscard]] const std::optional<std::string>& damage() const { return damage_; }

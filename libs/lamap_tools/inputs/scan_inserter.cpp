@@ -1,5 +1,6 @@
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
+#include <lamap_mrpt/observations/isometry.h>
 #include <lamap_mrpt/observations/observation_rays.h>
 #include <lamap_tools/inputs/scan_inserter.h>
 #include <mrpt/maps/CPointsMap.h>
@@ -37,27 +38,7 @@ bool isPointCloud(const mrpt::obs::CObservation& observation)
          IS_CLASS(observation, mrpt::obs::CObservationVelodyneScan);
 }
 
-/// A cloud's points, from any observation that raysOf() reads from one place.
-PointScan pointsOf(const mrpt::obs::CObservation& observation, const CPose3D& robotPose)
-{
-  PointScan points;
-  CPose3D sensorInRobot;
-  observation.getSensorPose(sensorInRobot);
-  points.sensorPose_map = robotPose + sensorInRobot;
-  if (const auto scan = raysOf(observation, robotPose))
-    for (const RayFan& fan : scan->fans)
-      points.points_map.insert(points.points_map.end(), fan.returns_map.begin(), fan.returns_map.end());
-  return points;
-}
 }  // namespace
-
-Scan scanOf(const PointScan& points)
-{
-  RayFan fan;
-  fan.origin_map = {points.sensorPose_map.x(), points.sensorPose_map.y(), points.sensorPose_map.z()};
-  fan.returns_map = points.points_map;
-  return Scan{{std::move(fan)}};
-}
 
 size_t InsertionTally::usedCount() const
 {
@@ -103,8 +84,7 @@ std::string ScanInserter::tryInserting(const ObservedScan& scan)
       return taken ? "" : "it holds no ray that can be used";
     }
     if (isPointCloud(*scan.observation))
-      return insertPoints(pointsOf(*scan.observation, scan.robotPose_map)) ? ""
-                                                                           : "the map took nothing of it";
+      return insertPoints(*raysOf(*scan.observation, scan.robotPose_map)) ? "" : "the map took nothing of it";
     scan.observation->load();
     return map_.insertObservation(*scan.observation, scan.robotPose_map) ? "" : "the map took nothing of it";
   }
@@ -123,28 +103,33 @@ std::string ScanInserter::tryInserting(const PointScan& scan)
   if (!map_.genericMapParams.enableObservationInsertion)
     return "the map has enableObservationInsertion = false";
   if (auto* learned = dynamic_cast<CLearnedMap*>(&map_))
-    return learned->insertScan(scanOf(scan)) ? "" : "it holds no point that can be used";
-  return insertPoints(scan) ? "" : "the map took nothing of it";
+    return learned->insertScan(scan.scan) ? "" : "it holds no point that can be used";
+  return insertPoints(scan.scan) ? "" : "the map took nothing of it";
 }
 
-bool ScanInserter::insertPoints(const PointScan& scan)
+bool ScanInserter::insertPoints(const Scan& scan)
 {
   // A point map needs no origin of the rays: its points go in as they are.
   const bool isPointsMap = dynamic_cast<const mrpt::maps::CPointsMap*>(&map_) != nullptr;
-  const CPose3D origin = isPointsMap ? CPose3D() : scan.sensorPose_map;
-  auto cloud = mrpt::maps::CSimplePointsMap::Create();
-  cloud->reserve(scan.points_map.size());
-  for (const Eigen::Vector3d& point : scan.points_map)
+  bool taken = false;
+  for (const RayFan& fan : scan.fans)
   {
-    if (!point.allFinite()) continue;
-    mrpt::math::TPoint3D local;
-    origin.inverseComposePoint(point.x(), point.y(), point.z(), local.x, local.y, local.z);
-    cloud->insertPoint(local);
+    Eigen::Isometry3d origin(scan.sensorPose_map);
+    origin.translation() = scan.inMap(fan.centre);
+    auto cloud = mrpt::maps::CSimplePointsMap::Create();
+    cloud->reserve(fan.rays.size());
+    for (const Ray& ray : fan.rays)
+    {
+      if (ray.meaning != RayEnd::Return || !ray.end.allFinite()) continue;
+      const Eigen::Vector3d point = isPointsMap ? scan.inMap(ray.end) : Eigen::Vector3d(ray.end - fan.centre);
+      cloud->insertPoint({point.x(), point.y(), point.z()});
+    }
+    if (cloud->empty()) continue;
+    mrpt::obs::CObservationPointCloud observation;
+    observation.pointcloud = cloud;
+    taken |= map_.insertObservation(observation, isPointsMap ? CPose3D() : poseOf(origin));
   }
-  if (cloud->empty()) return false;
-  mrpt::obs::CObservationPointCloud observation;
-  observation.pointcloud = cloud;
-  return map_.insertObservation(observation, origin);
+  return taken;
 }
 
 void ScanInserter::count(const std::string& kind, const std::string& reason)

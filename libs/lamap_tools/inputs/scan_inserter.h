@@ -1,6 +1,5 @@
 #pragma once
 
-#include <lamap_core/scan/scan.h>
 #include <lamap_tools/inputs/scan_source.h>
 #include <mrpt/maps/CMetricMap.h>
 
@@ -10,9 +9,6 @@
 
 namespace lamap::tools
 {
-/// Points as rays of one fan.
-[[nodiscard]] Scan scanOf(const PointScan& points);
-
 /// What became of the scans.
 struct InsertionTally
 {
@@ -51,7 +47,7 @@ class ScanInserter
   /// @return why the map took nothing; empty if it did
   [[nodiscard]] std::string tryInserting(const ObservedScan& scan);
   [[nodiscard]] std::string tryInserting(const PointScan& scan);
-  [[nodiscard]] bool insertPoints(const PointScan& scan);
+  [[nodiscard]] bool insertPoints(const Scan& scan);
   void count(const std::string& kind, const std::string& reason);
 
   mrpt::maps::CMetricMap& map_;

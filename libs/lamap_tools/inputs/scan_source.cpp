@@ -127,7 +127,13 @@ class PcdSource : public ScanSource
       {
         PcdCloud cloud = readPcdFile(files_[i]);
         const CPose3D frame = poses_.empty() ? cloud.viewpoint_map : poses_[i].pose_map;
-        return PointScan{"PCD file", frame + sensorInFrame_, std::move(cloud.points_map)};
+        const CPose3D sensor = frame + sensorInFrame_;
+        PointScan points{"PCD file", {}};
+        RayFan& fan = points.scan.fans.emplace_back();
+        fan.centre = {sensor.x(), sensor.y(), sensor.z()};
+        fan.rays.reserve(cloud.points_map.size());
+        for (const Eigen::Vector3d& point : cloud.points_map) fan.addReturn(point);
+        return points;
       }
       catch (const std::runtime_error& error)
       {
@@ -179,7 +185,7 @@ class GraphSource : public ScanSource
   {
     auto scan = file_.next();
     if (!scan) return std::nullopt;
-    return PointScan{"graph scan", scan->sensorPose_map, std::move(scan->points_map)};
+    return PointScan{"graph scan", std::move(*scan)};
   }
 
  private:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <lamap_core/scan/scan.h>
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/poses/CPose3D.h>
 #include <mrpt/poses/CPose3DPDF.h>
@@ -23,12 +24,11 @@ struct ObservedScan
       uncertainPose_map{};  ///< the same pose with its covariance; null: not known
 };
 
-/// End points of rays from one place, in the map frame [m]; may hold NaN.
+/// Rays that no observation of MRPT holds.
 struct PointScan
 {
   std::string kind;  ///< what it was read from, for reports: "PCD file", "graph scan"
-  mrpt::poses::CPose3D sensorPose_map;
-  std::vector<Eigen::Vector3d> points_map;
+  Scan scan;
 };
 
 /// Something that no map will be given, and why.

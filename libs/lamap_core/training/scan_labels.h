@@ -9,7 +9,7 @@
 
 namespace lamap
 {
-/// How cells are labelled by a scan.
+/// How a scan labels cells.
 struct LabelRules
 {
   /// Edge of a cell [m], > 0.
@@ -34,9 +34,9 @@ struct ScanLabels
  * Occupied are the cells in which a ray of the scan returned. Free are the cells met by points along its
  * rays, one cell apart, backwards from the free margin before the return, or from the maximum range of a ray
  * without one, to half a cell from the sensor; a cell with a return of the same scan is never free. One ray
- * is followed for each cell in which rays return (the first of them). Nothing depends on how many rays meet a
- * cell. The lists are sorted by z, y, x.
- * @throws std::invalid_argument if a rule is not legal. */
+ * is followed for each cell in which rays end, to the mean of their ends. Nothing depends on how many rays
+ * meet a cell. The lists are sorted by z, y, x.
+ * @throws std::invalid_argument if a rule is not legal; std::length_error as Sampler::sample(). */
 [[nodiscard]] ScanLabels labelCells(const Scan& scan, const LabelRules& rules);
 
 }  // namespace lamap

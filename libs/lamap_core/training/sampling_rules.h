@@ -13,6 +13,13 @@ enum class FreeSpace
   None      ///< nowhere
 };
 
+/// Where the samples of a ray are counted from.
+enum class SamplesFrom
+{
+  Sensor,  ///< the first one stands at the optical centre (thesis 4.2)
+  End      ///< the first one stands freeMargin before the hit, or at the end of a ray without one
+};
+
 /// What the training points of a scan are.
 enum class TrainingPoints
 {
@@ -20,16 +27,20 @@ enum class TrainingPoints
   Centroids  ///< the hits' mean position in each voxel of hitDownsampling, and the free points where they are
 };
 
-/// How the rays of a scan become labelled points, whoever learns from them. Lengths in metres, all legal.
-struct TrainingRules
+/// How the rays of a scan become training points, whoever learns from them. Lengths in metres.
+struct SamplingRules
 {
   FreeSpace freeSpace = FreeSpace::Samples;
+  SamplesFrom samplesFrom = SamplesFrom::Sensor;
   TrainingPoints points = TrainingPoints::Cells;
   double freeResolution = 0.1;  ///< distance between free points on a ray, > 0
   double freeMargin = 0.1;      ///< no free point nearer to its ray's hit
+  double sensorMargin = 0;      ///< no free sample nearer to the sensor
   double freeDownsampling = 0;  ///< `Centroids`: voxel edge in which free points are averaged; 0: none
   double hitDownsampling = 0;   ///< `Centroids`: voxel edge in which hits are averaged; 0: none
-  uint32_t protectHits = 0;     ///< a cell with so many raw hits is marked as protected; 0: none is
+  uint32_t protectHits = 0;     ///< a cell with this many raw hits takes no free point; 0: none is protected
+  double hitWeight = 1;         ///< weight of a hit [-], > 0
+  double freeWeight = 1;        ///< weight of a free point [-]; 0: no free points
 };
 
 /// A length that is a whole number of cells but for the rounding of the division is that number: cells at

@@ -1,0 +1,377 @@
+#include <lamap_core/training/point_groups.h>
+#include <lamap_core/training/sampler.h>
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+namespace lamap
+{
+namespace
+{
+/// The rules' lengths in cells.
+struct RulesInCells
+{
+  RulesInCells(const SamplingRules& rules, double resolution_m)
+      : step(rules.freeResolution / resolution_m),
+        margin(rules.freeMargin / resolution_m),
+        sensorMargin(rules.sensorMargin / resolution_m),
+        hitEdge(rules.hitDownsampling / resolution_m),
+        freeEdge(rules.freeDownsampling / resolution_m),
+        fromEnd(rules.samplesFrom == SamplesFrom::End),
+        asCells(rules.points == TrainingPoints::Cells)
+  {
+  }
+  double step, margin, sensorMargin, hitEdge, freeEdge;
+  bool fromEnd, asCells;
+};
+
+/// A ray in the scan's frame [cells]; free from the origin as far as freeLength.
+struct TrainingRay
+{
+  Eigen::Vector3d origin;
+  Eigen::Vector3d direction;  ///< of length 1
+  double freeLength;          ///< < 0: the ray has no free part
+};
+
+/** Distances of a ray's free samples from its origin [cells].
+ *
+ * Counted from the sensor, a sample within a millionth of a cell of the end stands on the end. Ranges are
+ * often whole steps (a maximum range, a simulated wall): without this, rounding would decide for each ray and
+ * each place on the map whether it has its last sample. */
+class FreeSamples
+{
+ public:
+  FreeSamples(const TrainingRay& ray, const RulesInCells& rules) : length_(std::max(ray.freeLength, 0.0))
+  {
+    constexpr double kOnEnd_cells = 1e-6;
+    const double slack = rules.fromEnd ? 0.0 : kOnEnd_cells;
+    const double stretch = length_ - rules.sensorMargin + slack;
+    if (ray.freeLength < -slack || stretch < 0) return;
+    count_ = static_cast<int64_t>(stretch / rules.step) + 1;
+    first_ = rules.fromEnd ? length_ : rules.sensorMargin;
+    step_ = rules.fromEnd ? -rules.step : rules.step;
+  }
+  [[nodiscard]] int64_t count() const { return count_; }
+  [[nodiscard]] double at(int64_t i) const
+  {
+    return std::max(0.0, std::min(first_ + static_cast<double>(i) * step_, length_));
+  }
+
+ private:
+  double length_;
+  int64_t count_ = 0;
+  double first_ = 0;
+  double step_ = 0;
+};
+
+/// A bounding box of cells relative to the anchor.
+struct CellBounds
+{
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e18);
+  Eigen::Vector3d high = Eigen::Vector3d::Constant(-1e18);
+
+  void extend(const Eigen::Vector3d& point)
+  {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
+  }
+};
+
+BlockIndex blockOfLocal(const Eigen::Vector3d& local, const BlockOffset& offset)
+{
+  return {(localCell(local.x()) + offset.x) >> kScanBlockLog2Edge,
+          (localCell(local.y()) + offset.y) >> kScanBlockLog2Edge,
+          (localCell(local.z()) + offset.z) >> kScanBlockLog2Edge};
+}
+
+/// Marks cells in the masks of the blocks that hold them; the last block is remembered, for rays walk on.
+class MaskMarker
+{
+ public:
+  MaskMarker(ScanBlocks& blocks, std::vector<BlockMasks>& masks, const BlockOffset& offset)
+      : blocks_(blocks), masks_(masks), offset_(offset)
+  {
+  }
+
+  template <CellMask BlockMasks::*kMask>
+  void mark(int32_t localX, int32_t localY, int32_t localZ)
+  {
+    const int32_t x = localX + offset_.x;
+    const int32_t y = localY + offset_.y;
+    const int32_t z = localZ + offset_.z;
+    const BlockIndex block{x >> kScanBlockLog2Edge, y >> kScanBlockLog2Edge, z >> kScanBlockLog2Edge};
+    if (number_ < 0 || !(block == last_))
+    {
+      number_ = blocks_.findOrAdd(block);
+      last_ = block;
+      if (static_cast<size_t>(number_) >= masks_.size()) masks_.resize(static_cast<size_t>(number_) + 1);
+    }
+    constexpr int32_t kLow = kScanBlockEdge - 1;
+    (masks_[static_cast<size_t>(number_)].*kMask)[static_cast<size_t>(z & kLow)] |=
+        uint64_t{1} << ((y & kLow) * kScanBlockEdge + (x & kLow));
+  }
+
+  /// Marks the cells of the ray's free samples.
+  void markFreeSamples(const TrainingRay& ray, const RulesInCells& rules)
+  {
+    const FreeSamples samples(ray, rules);
+    for (int64_t i = 0; i < samples.count(); ++i)
+    {
+      const double t = samples.at(i);
+      mark<&BlockMasks::free>(localCell(ray.origin.x() + t * ray.direction.x()),
+                              localCell(ray.origin.y() + t * ray.direction.y()),
+                              localCell(ray.origin.z() + t * ray.direction.z()));
+    }
+  }
+
+ private:
+  ScanBlocks& blocks_;
+  std::vector<BlockMasks>& masks_;
+  BlockOffset offset_;
+  BlockIndex last_;
+  int32_t number_ = -1;
+};
+
+/// Key of the voxel that a point is in. Voxels are counted from the map's origin, not from the anchor.
+uint64_t voxelKey(const Eigen::Vector3d& local, double edge, const CellIndex& anchor)
+{
+  if (edge == 1.0) return cellKey(local);
+  const auto voxel = [&](double coordinate, int32_t anchorCell)
+  {
+    const double first = std::floor(anchorCell / edge);
+    return static_cast<int64_t>(std::floor((anchorCell + coordinate) / edge) - first);
+  };
+  return packKey(voxel(local.x(), anchor.x), voxel(local.y(), anchor.y), voxel(local.z(), anchor.z));
+}
+
+}  // namespace
+
+struct Sampler::Workspace
+{
+  /// Free cells marked by one of several threads.
+  struct Marks
+  {
+    ScanBlocks blocks;
+    std::vector<BlockMasks> masks;
+  };
+
+  TrainingSet set;
+  std::vector<TrainingRay> rays;
+  std::vector<Eigen::Vector3d> ends;  ///< of one fan's rays, with a hit or without
+  PointGroups groups;
+  PointGroups rawHits;
+  std::vector<Marks> marks;
+  CellBounds bounds;
+
+  void collectFan(const Scan& scan, const RayFan& fan, const SamplingRules& rules, const ScanFrame& frame);
+  template <typename Visit>
+  void groupEnds(const RulesInCells& rules, const CellIndex& anchor, Visit&& visit);
+  void markHits(const SamplingRules& rules);
+  void markFreeCells(const RulesInCells& rules, unsigned threads);
+  void sampleFreePoints(const RulesInCells& rules, const CellIndex& anchor);
+  void addSegments();
+  void openWindow();
+};
+
+/// Calls visit(mean) for each group of `ends`.
+template <typename Visit>
+void Sampler::Workspace::groupEnds(const RulesInCells& rules, const CellIndex& anchor, Visit&& visit)
+{
+  groups.clear();
+  if (!rules.asCells && rules.hitEdge == 0)
+  {
+    for (const Eigen::Vector3d& end : ends) visit(end);
+    return;
+  }
+  for (const Eigen::Vector3d& end : ends)
+    groups.add(rules.asCells ? cellKey(end) : voxelKey(end, rules.hitEdge, anchor), end);
+  for (const PointGroup& group : groups.groups()) visit(group.mean());
+}
+
+void Sampler::Workspace::collectFan(const Scan& scan, const RayFan& fan, const SamplingRules& rules,
+                                    const ScanFrame& frame)
+{
+  RayCounts& counts = set.counts;
+  const RulesInCells inCells(rules, frame.resolution_m());
+  const auto origin = frame.toLocal(scan.inMap(fan.centre));
+  const auto findEnds = [&](bool ofHits, size_t& used, auto&& toLocal)
+  {
+    ends.clear();
+    for (const Ray& ray : fan.rays)
+    {
+      if ((ray.meaning == RayEnd::Return) != ofHits) continue;
+      const std::optional<Eigen::Vector3d> local = origin ? toLocal(ray.end) : std::nullopt;
+      if (!local || (frame.planar() && *local == *origin))
+      {
+        --used;
+        ++(local ? counts.tooNear : counts.outside);
+        continue;
+      }
+      bounds.extend(*local);
+      ends.push_back(*local);
+    }
+  };
+  const auto addRay = [&](const Eigen::Vector3d& end, double margin)
+  {
+    const Eigen::Vector3d ray = end - *origin;
+    const double length = ray.norm();
+    if (length > 0) rays.push_back({*origin, ray / length, length - margin});
+  };
+
+  if (origin) bounds.extend(*origin);
+  findEnds(true, counts.hits, [&](const Eigen::Vector3d& end) { return frame.toLocal(scan.inMap(end)); });
+  groupEnds(inCells, frame.anchor(),
+            [&](const Eigen::Vector3d& mean)
+            {
+              if (!inCells.asCells) set.hitPoints.push_back(mean);
+              addRay(mean, inCells.margin);
+            });
+  if (inCells.asCells)
+  {
+    for (const PointGroup& group : groups.groups()) rawHits.add(cellKey(group.first), group);
+  }
+  else if (rules.protectHits > 0)
+  {
+    for (const Eigen::Vector3d& end : ends) rawHits.add(cellKey(end), end);
+  }
+
+  findEnds(false, counts.freeOnly,
+           [&](const Eigen::Vector3d& ray) { return frame.endOfRay(*origin, scan.turnedToMap(ray)); });
+  groupEnds(inCells, frame.anchor(), [&](const Eigen::Vector3d& mean) { addRay(mean, 0.0); });
+}
+
+void Sampler::Workspace::openWindow()
+{
+  if (bounds.low.x() > bounds.high.x()) bounds.extend(Eigen::Vector3d::Zero());
+  // A sample may round across the face of its ray's last cell.
+  bounds.low.array() -= 1.0;
+  bounds.high.array() += 1.0;
+  set.blocks.reset(blockOfLocal(bounds.low, set.offset), blockOfLocal(bounds.high, set.offset));
+}
+
+void Sampler::Workspace::markHits(const SamplingRules& rules)
+{
+  const bool asCells = rules.points == TrainingPoints::Cells;
+  MaskMarker marker(set.blocks, set.masks, set.offset);
+  for (const PointGroup& group : rawHits.groups())
+  {
+    const CellIndex cell = cellOfLocal(group.first);
+    if (asCells) marker.mark<&BlockMasks::hit>(cell.x, cell.y, cell.z);
+    if (rules.protectHits > 0 && group.count >= rules.protectHits)
+      marker.mark<&BlockMasks::protectedHit>(cell.x, cell.y, cell.z);
+  }
+}
+
+void Sampler::Workspace::markFreeCells(const RulesInCells& rules, unsigned threads)
+{
+  constexpr size_t kRaysWorthAThread = 256;
+  const size_t workers = std::min<size_t>(threads, rays.size() / kRaysWorthAThread + 1);
+  const auto markRange = [&](ScanBlocks& blocks, std::vector<BlockMasks>& masks, size_t begin, size_t end)
+  {
+    MaskMarker marker(blocks, masks, set.offset);
+    for (size_t i = begin; i < end; ++i) marker.markFreeSamples(rays[i], rules);
+  };
+  if (workers == 1) return markRange(set.blocks, set.masks, 0, rays.size());
+
+  if (marks.size() < workers) marks.resize(workers);
+  tbb::parallel_for(size_t{0}, workers,
+                    [&](size_t worker)
+                    {
+                      Marks& own = marks[worker];
+                      own.blocks.reset(blockOfLocal(bounds.low, set.offset),
+                                       blockOfLocal(bounds.high, set.offset));
+                      own.masks.clear();
+                      markRange(own.blocks, own.masks, rays.size() * worker / workers,
+                                rays.size() * (worker + 1) / workers);
+                    });
+  for (size_t worker = 0; worker < workers; ++worker)
+  {
+    const std::vector<BlockIndex>& blocks = marks[worker].blocks.blocks();
+    for (size_t i = 0; i < blocks.size(); ++i)
+    {
+      const auto number = static_cast<size_t>(set.blocks.findOrAdd(blocks[i]));
+      if (number >= set.masks.size()) set.masks.resize(number + 1);
+      for (size_t z = 0; z < kScanBlockEdge; ++z) set.masks[number].free[z] |= marks[worker].masks[i].free[z];
+    }
+  }
+}
+
+void Sampler::Workspace::sampleFreePoints(const RulesInCells& rules, const CellIndex& anchor)
+{
+  double expected = 0;
+  for (const TrainingRay& ray : rays) expected += static_cast<double>(FreeSamples(ray, rules).count());
+  constexpr double kMaxPoints = 5e7;
+  if (expected > kMaxPoints)
+    throw std::length_error(
+        "a scan has more than 50 million training points: set maxRange, or a larger freeResolution");
+
+  groups.clear();
+  for (const TrainingRay& ray : rays)
+  {
+    const FreeSamples samples(ray, rules);
+    for (int64_t i = 0; i < samples.count(); ++i)
+    {
+      const Eigen::Vector3d point = ray.origin + samples.at(i) * ray.direction;
+      if (rules.freeEdge > 0)
+        groups.add(voxelKey(point, rules.freeEdge, anchor), point);
+      else
+        set.freePoints.push_back(point);
+    }
+  }
+  for (const PointGroup& group : groups.groups()) set.freePoints.push_back(group.mean());
+}
+
+void Sampler::Workspace::addSegments()
+{
+  for (const TrainingRay& ray : rays)
+    if (ray.freeLength >= 0)
+      set.freeSegments.push_back({ray.origin, ray.origin + ray.freeLength * ray.direction});
+}
+
+Sampler::Sampler() : workspace_(std::make_unique<Workspace>()) {}
+Sampler::~Sampler() = default;
+
+const TrainingSet& Sampler::sample(const SelectedRays& selected, const SamplingRules& rules,
+                                   const ScanFrame& frame, const BlockOffset& offset, unsigned threads)
+{
+  Workspace& work = *workspace_;
+  TrainingSet& set = work.set;
+  set.counts = selected.counts;
+  set.offset = offset;
+  set.hitWeight = rules.hitWeight;
+  set.freeWeight = rules.freeWeight;
+  set.masks.clear();
+  set.hitPoints.clear();
+  set.freePoints.clear();
+  set.freeSegments.clear();
+  work.rays.clear();
+  work.rawHits.clear();
+  work.bounds = {};
+  for (const RayFan& fan : selected.scan.fans) work.collectFan(selected.scan, fan, rules, frame);
+
+  work.openWindow();
+  work.markHits(rules);
+  const RulesInCells inCells(rules, frame.resolution_m());
+  if (rules.freeWeight > 0 && rules.freeSpace == FreeSpace::Samples)
+  {
+    if (inCells.asCells)
+      work.markFreeCells(inCells, threads);
+    else
+      work.sampleFreePoints(inCells, frame.anchor());
+  }
+  if (rules.freeWeight > 0 && rules.freeSpace == FreeSpace::Line) work.addSegments();
+  for (BlockMasks& masks : set.masks)
+  {
+    const auto anyIn = [](const CellMask& mask)
+    { return std::any_of(mask.begin(), mask.end(), [](uint64_t word) { return word != 0; }); };
+    masks.anyHit = anyIn(masks.hit);
+    masks.anyFree = anyIn(masks.free);
+  }
+  return set;
+}
+
+}  // namespace lamap
