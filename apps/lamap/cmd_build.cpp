@@ -1,14 +1,7 @@
-#include "commands.h"
-
 #include <lamap_tools/commands/map_build.h>
-#include <lamap_tools/commands/progress_bar.h>
 #include <lamap_tools/files/output_paths.h>
 
-#include <iostream>
-#include <memory>
-
-#include "legal_values.h"
-#include "log_arguments.h"
+#include "command_line.h"
 
 namespace lamap::app
 {
@@ -21,30 +14,43 @@ struct BuildArguments
   bool json = false;
 };
 
-int build(BuildArguments arguments)
+void describe(CLI::App& command, BuildArguments& arguments)
+{
+  tools::BuildOptions& options = arguments.build;
+  command
+      .add_option(
+          "-i,--input", options.inputs.paths,
+          "Logs: .rawlog, .simplemap[.gz], .pcd or a folder of them, .graph; one named twice is used twice")
+      ->required();
+  command.add_option(
+      "-m,--map", options.map.mapName,
+      "Kind of map: bgkMap, hilbertMap, overlappingHilbertMap, gpMap, or one of MRPT's own, e.g. octoMap");
+  command.add_option("-c,--config", options.map.configPath,
+                     ".ini file with [map] and [map_<kind>_00_...]; without -m, the map that it counts");
+  command.add_option("-o,--output", options.outPath, "Where to save: .lamap.gz; with -m octoMap also .ot")
+      ->required();
+  command.add_option("-s,--set", options.map.settings,
+                     "section.key=value over what the file says, e.g. insertOpts.maxRange=30");
+  command.add_option("--onto", options.ontoPath, "Go on with this saved map; its options hold");
+  addLogOptions(command, arguments.log, options.inputs, options.threads);
+  command.add_flag("--json", arguments.json, "The closing report as JSON");
+}
+
+int build(BuildArguments& arguments)
 {
   // The map that is gone on with may well be the one that is saved.
   tools::requireOwnPlaces({arguments.build.outPath},
                           pathsRead(arguments.build.inputs, {arguments.build.map.configPath}));
   prepareInputs(arguments.log, arguments.build.inputs);
-
-  tools::BuildReport report;
-  {
-    tools::ProgressBar bar(std::cerr, isTerminal());
-    report =
-        tools::buildMap(arguments.build, [&](const tools::BuildProgress& progress) { bar.show(progress); });
-  }
+  const tools::BuildReport report =
+      withProgressBar([&](const auto& progress) { return tools::buildMap(arguments.build, progress); });
   if (arguments.json)
-    std::cout << tools::reportJson(report).dump(2) << "\n";
+    print(tools::reportJson(report));
   else
     tools::printReport(report, std::cout);
   if (report.stopped)
-  {
-    std::cerr << "lamap: stopped by the user"
-              << (report.saved ? "; the map so far is saved to " + report.outPath : "") << "\n";
-    return kStopped;
-  }
-  const int code = tellDamages(arguments.log, report.inputs);
+    return stoppedByUser(report.saved ? "; the map so far is saved to " + report.outPath : "");
+  const int code = tellDamages(arguments.log.allowTruncated, report.inputs);
   if (tools::damaged(report.inputs))
     std::cerr << "lamap: what could be read is saved to " << report.outPath << "\n";
   return code;
@@ -53,27 +59,8 @@ int build(BuildArguments arguments)
 
 void addBuild(CLI::App& app, Action& action)
 {
-  auto arguments = std::make_shared<BuildArguments>();
-  CLI::App* command = app.add_subcommand("build", "Make a map from logs, or go on with a saved one");
-  tools::BuildOptions& options = arguments->build;
-  command
-      ->add_option(
-          "-i,--input", options.inputs.paths,
-          "Logs: .rawlog, .simplemap[.gz], .pcd or a folder of them, .graph; one named twice is used twice")
-      ->required();
-  command->add_option(
-      "-m,--map", options.map.mapName,
-      "Kind of map: bgkMap, hilbertMap, overlappingHilbertMap, gpMap, or one of MRPT's own, e.g. octoMap");
-  command->add_option("-c,--config", options.map.configPath,
-                      ".ini file with [map] and [map_<kind>_00_...]; without -m, the map that it counts");
-  command->add_option("-o,--output", options.outPath, "Where to save: .lamap.gz; with -m octoMap also .ot")
-      ->required();
-  command->add_option("-s,--set", options.map.settings,
-                      "section.key=value over what the file says, e.g. insertOpts.maxRange=30");
-  command->add_option("--onto", options.ontoPath, "Go on with this saved map; its options hold");
-  addLogOptions(*command, arguments->log, options.inputs, options.threads);
-  command->add_flag("--json", arguments->json, "The closing report as JSON");
-  command->callback([&action, arguments] { action = [arguments] { return build(*arguments); }; });
+  addCommand<BuildArguments>(app, action, "build", "Make a map from logs, or go on with a saved one",
+                             describe, build);
 }
 
 }  // namespace lamap::app

@@ -1,45 +1,70 @@
-#include "commands.h"
-
 #include <lamap_tools/commands/held_out.h>
-#include <lamap_tools/commands/progress_bar.h>
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/output_paths.h>
-#include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/scores/score_report.h>
 
-#include <iostream>
-#include <memory>
-
-#include "legal_values.h"
-#include "log_arguments.h"
+#include "command_line.h"
 
 namespace lamap::app
 {
 namespace
 {
+using Json = nlohmann::ordered_json;
+
 struct EvalArguments
 {
   std::vector<std::string> maps;
   std::string truth;
   tools::HeldOutOptions heldOut;
   LogArguments log;
-  std::string roc;
-  std::string calibration;
-  std::vector<double> thresholds{0.7};
+  ScoreArguments scores;
   bool json = false;
 };
 
-void writeCurves(const EvalArguments& arguments, const std::vector<tools::MapScores>& maps)
+void describe(CLI::App& command, EvalArguments& arguments)
 {
-  if (!arguments.roc.empty()) tools::writeRocCurves(maps, arguments.roc);
-  if (!arguments.calibration.empty()) tools::writeCalibration(maps, arguments.calibration);
+  auto* maps = command.add_option("maps", arguments.maps,
+                                  "Saved maps (.lamap.gz), or OctoMap's .ot or .bt: one table for all");
+  auto* truth =
+      command.add_option("--truth", arguments.truth,
+                         "CSV with x,y,z,label (cell centres; 1 occupied, 0 free), a .bt, or any other map");
+  truth->needs(maps);
+  maps->needs(truth);
+
+  tools::HeldOutOptions& options = arguments.heldOut;
+  auto* every = command.add_option("--held-out", options.every,
+                                   "No truth: build from all scans but every Nth, and score what those show");
+  every->check(wholeNumber(2, kMostEvery))->excludes(truth);
+  auto* input = command.add_option("-i,--input", options.inputs.paths, "Logs, as of `lamap build`");
+  every->needs(input);
+  std::vector<CLI::Option*> onlyHeldOut{
+      input, command.add_option("-m,--map", options.map.mapName, "Kind of map, as of `lamap build`"),
+      command.add_option("-c,--config", options.map.configPath, ".ini file, as of `lamap build`"),
+      command.add_option("-s,--set", options.map.settings, "section.key=value over what the file says"),
+      command
+          .add_option("--max-range", options.maxRange_m,
+                      "Rays of the scans held out count up to here [m]; default: as the map inserts them")
+          ->check(CLI::PositiveNumber)};
+  for (CLI::Option* option : addLogOptions(command, arguments.log, options.inputs, options.threads))
+    onlyHeldOut.push_back(option);
+  for (CLI::Option* option : onlyHeldOut) option->needs(every)->group("With --held-out");
+  addScoreOptions(command, arguments.scores);
+  command.add_flag("--json", arguments.json, "The scores as JSON");
 }
 
-nlohmann::ordered_json jsonOfMaps(const std::vector<tools::MapScores>& maps)
+void check(const CLI::App& command, const EvalArguments& arguments)
 {
-  auto list = nlohmann::ordered_json::array();
-  for (const tools::MapScores& map : maps) list.push_back(tools::scoresJson(map));
-  return list;
+  if (arguments.truth.empty() && command.count("--held-out") == 0)
+    throw CLI::ValidationError("eval", "give maps and --truth FILE, or --held-out N, -i INPUT and -m MAP");
+}
+
+/// @param what  was scored by, for JSON
+void printMaps(Json what, const std::vector<tools::MapScores>& maps)
+{
+  what["scoring"] = tools::scoringJson();
+  what["maps"] = Json::array();
+  for (const tools::MapScores& map : maps) what["maps"].push_back(tools::scoresJson(map));
+  print(what);
 }
 
 int againstTruth(const EvalArguments& arguments)
@@ -47,30 +72,28 @@ int againstTruth(const EvalArguments& arguments)
   const tools::Truth truth = tools::readTruth(arguments.truth);
   std::vector<tools::MapScores> maps;
   {
-    tools::ProgressBar bar(std::cerr, isTerminal(), "cells");
-    const size_t expected = truth.cells.size() * arguments.maps.size();
+    tools::ProgressBar bar = makeProgressBar("cells");
     for (const std::string& path : arguments.maps)
     {
       const size_t before = truth.cells.size() * maps.size();
-      maps.push_back(tools::scoreMap(tools::openMap(path), path, truth, arguments.thresholds,
-                                     [&](size_t done, size_t) {
-                                       bar.show({before + done, expected, path});
-                                     }));
+      const auto show = [&](size_t done, size_t) {
+        bar.show({before + done, truth.cells.size() * arguments.maps.size(), path});
+      };
+      maps.push_back(
+          tools::scoreMap(tools::openMapOfCells(path), path, truth, arguments.scores.thresholds, show));
     }
   }
-  writeCurves(arguments, maps);
+  writeCurves(arguments.scores, maps);
   const size_t occupied = truth.occupiedCount();
   if (arguments.json)
   {
-    nlohmann::ordered_json json;
+    Json json;
     json["truth"] = {{"path", truth.name},
                      {"cells", truth.cells.size()},
                      {"occupied", occupied},
                      {"free", truth.cells.size() - occupied}};
     if (truth.spacing_m) json["truth"]["resolution"] = *truth.spacing_m;
-    json["scoring"] = tools::scoringJson();
-    json["maps"] = jsonOfMaps(maps);
-    std::cout << json.dump(2) << "\n";
+    printMaps(json, maps);
     return 0;
   }
   std::cout << truth.name << ": " << truth.cells.size() << " cells, " << occupied << " of them occupied\n";
@@ -78,117 +101,48 @@ int againstTruth(const EvalArguments& arguments)
   return 0;
 }
 
-void printHeldOut(const tools::HeldOutReport& report)
+int againstHeldOut(EvalArguments& arguments)
 {
-  std::cout << report.heldOut << " scans held out, " << report.scans.usedCount() << " in the map; rays up to "
-            << (report.maxRange_m > 0 ? tools::shortest(report.maxRange_m) + " m"
-                                      : std::string("the range that the scans state"))
-            << " are scored\n";
-  for (const auto& [what, count] : report.scans.leftOut)
-    std::cout << "  left out: " << count << " " << what.first << ": " << what.second << "\n";
-  tools::printScores({report.scores}, "cells shown by the scans held out", std::cout);
-}
-
-nlohmann::ordered_json jsonOf(const tools::HeldOutReport& report)
-{
-  nlohmann::ordered_json json;
-  json["heldOut"] = {
-      {"scans", report.heldOut}, {"scansInMap", report.scans.usedCount()}, {"maxRange", report.maxRange_m}};
-  json["scoring"] = tools::scoringJson();
-  json["maps"] = jsonOfMaps({report.scores});
-  return json;
-}
-
-int againstHeldOut(EvalArguments arguments)
-{
-  arguments.heldOut.thresholds = arguments.thresholds;
+  arguments.heldOut.thresholds = arguments.scores.thresholds;
   prepareInputs(arguments.log, arguments.heldOut.inputs);
-  tools::HeldOutReport report;
-  {
-    tools::ProgressBar bar(std::cerr, isTerminal());
-    report = tools::scoreHeldOut(arguments.heldOut,
-                                 [&](const tools::BuildProgress& progress) { bar.show(progress); });
-  }
-  if (report.stopped)
-  {
-    std::cerr << "lamap: stopped by the user; nothing is scored\n";
-    return kStopped;
-  }
-  writeCurves(arguments, {report.scores});
+  const tools::HeldOutReport report =
+      withProgressBar([&](const auto& progress) { return tools::scoreHeldOut(arguments.heldOut, progress); });
+  if (report.stopped) return stoppedByUser("; nothing is scored");
+  writeCurves(arguments.scores, {report.scores});
   if (arguments.json)
-    std::cout << jsonOf(report).dump(2) << "\n";
+    printMaps({{"heldOut",
+                {{"scans", report.heldOut},
+                 {"scansInMap", report.scans.usedCount()},
+                 {"maxRange", report.maxRange_m}}}},
+              {report.scores});
   else
-    printHeldOut(report);
-  return tellDamages(arguments.log, report.inputs);
+  {
+    std::cout << report.heldOut << " scans held out, " << report.scans.usedCount()
+              << " in the map; rays up to "
+              << (report.maxRange_m > 0 ? tools::shortest(report.maxRange_m) + " m"
+                                        : "the range that the scans state")
+              << " are scored\n";
+    tools::printLeftOut(report.scans, std::cout);
+    tools::printScores({report.scores}, "cells shown by the scans held out", std::cout);
+  }
+  return tellDamages(arguments.log.allowTruncated, report.inputs);
 }
 
-int evaluate(const EvalArguments& arguments)
+int evaluate(EvalArguments& arguments)
 {
   std::vector<std::string> read = arguments.maps;
   read.insert(read.end(), {arguments.truth, arguments.heldOut.map.configPath});
-  tools::requireOwnPlaces({arguments.roc, arguments.calibration}, pathsRead(arguments.heldOut.inputs, read));
-  for (const std::string& path : {arguments.roc, arguments.calibration})
-    if (!path.empty()) tools::requireCurveFile(path);
+  tools::requireOwnPlaces(arguments.scores.paths(), pathsRead(arguments.heldOut.inputs, read));
+  requireCurveFiles(arguments.scores);
   return arguments.truth.empty() ? againstHeldOut(arguments) : againstTruth(arguments);
-}
-
-void describeHeldOut(CLI::App& command, EvalArguments& arguments)
-{
-  tools::HeldOutOptions& options = arguments.heldOut;
-  auto* every =
-      command.add_option("--held-out", options.every,
-                         "No truth: build from all scans but every so many-th, and score what those show");
-  every->check(wholeNumber(2, 1000000000));
-  const auto onlyHeldOut = [&](CLI::Option* option) { option->needs(every)->group("With --held-out"); };
-  auto* input = command.add_option("-i,--input", options.inputs.paths, "Logs, as of `lamap build`");
-  every->needs(input);
-  onlyHeldOut(input);
-  onlyHeldOut(command.add_option("-m,--map", options.map.mapName, "Kind of map, as of `lamap build`"));
-  onlyHeldOut(command.add_option("-c,--config", options.map.configPath, ".ini file, as of `lamap build`"));
-  onlyHeldOut(
-      command.add_option("-s,--set", options.map.settings, "section.key=value over what the file says"));
-  onlyHeldOut(
-      command
-          .add_option("--max-range", options.maxRange_m,
-                      "Rays of the scans held out count up to here [m]; default: as the map inserts them")
-          ->check(CLI::PositiveNumber));
-  for (CLI::Option* option : addLogOptions(command, arguments.log, options.inputs, options.threads))
-    onlyHeldOut(option);
 }
 }  // namespace
 
 void addEval(CLI::App& app, Action& action)
 {
-  auto arguments = std::make_shared<EvalArguments>();
-  CLI::App* command =
-      app.add_subcommand("eval", "Score maps against the truth, or a map against scans kept from it");
-  auto* maps = command->add_option("maps", arguments->maps,
-                                   "Saved maps (.lamap.gz), or OctoMap's .ot or .bt: one table for all");
-  auto* truth =
-      command->add_option("--truth", arguments->truth,
-                          "CSV with x,y,z,label (cell centres; 1 occupied, 0 free), a .bt, or any other map");
-  truth->needs(maps);
-  maps->needs(truth);
-  describeHeldOut(*command, *arguments);
-  truth->excludes("--held-out");
-  command->add_option("--roc", arguments->roc, "Write the ROC curves: .csv or .png");
-  command->add_option("--calibration", arguments->calibration,
-                      "Write how often cells of each probability are occupied: .csv or .png");
-  command
-      ->add_option("--thresholds", arguments->thresholds,
-                   "Probabilities at which precision and recall are given, e.g. 0.5,0.7")
-      ->delimiter(',')
-      ->check(probability())
-      ->capture_default_str();
-  command->add_flag("--json", arguments->json, "The scores as JSON");
-  command->callback(
-      [&action, arguments, command]
-      {
-        if (arguments->truth.empty() && command->count("--held-out") == 0)
-          throw CLI::ValidationError("eval",
-                                     "give maps and --truth FILE, or --held-out N, -i INPUT and -m MAP");
-        action = [arguments] { return evaluate(*arguments); };
-      });
+  addCommand<EvalArguments>(app, action, "eval",
+                            "Score maps against the truth, or a map against scans kept from it", describe,
+                            evaluate, check);
 }
 
 }  // namespace lamap::app

@@ -1,51 +1,52 @@
-#include "commands.h"
-
 #include <lamap_tools/export/export_map.h>
 #include <lamap_tools/files/output_paths.h>
 
-#include <memory>
-#include <string>
+#include "command_line.h"
 
 namespace lamap::app
 {
-void addExport(CLI::App& app, Action& action)
+namespace
 {
-  struct ExportArguments
-  {
-    std::string map;
-    std::string out;
-    std::string states;
-    tools::ExportOptions options;
-  };
-  auto arguments = std::make_shared<ExportArguments>();
-  CLI::App* command = app.add_subcommand("export", "Write a map for other programs; the extension says how");
-  command->add_option("map", arguments->map, "A saved map (.lamap.gz), or OctoMap's .ot or .bt")->required();
+struct ExportArguments
+{
+  std::string map;
+  std::string out;
+  std::string states;
+  tools::ExportOptions options;
+};
+
+void describe(CLI::App& command, ExportArguments& arguments)
+{
+  addMapArgument(command, arguments.map);
   command
-      ->add_option(
-          "-o,--output", arguments->out,
+      .add_option(
+          "-o,--output", arguments.out,
           ".csv, .ply, .pcd, .bt, .ot, .3Dscene, .png (from above) or .yaml (ROS map_server, with its .pgm)")
       ->required();
-  command->add_option(
-      "--states", arguments->states,
+  command.add_option(
+      "--states", arguments.states,
       "Cells to write: occupied, free, unknown, joined by commas, or all (.csv, .ply, .pcd, .3Dscene; "
       "default all for .csv, occupied for the others)");
-  command->add_option("--z", arguments->options.z_m, "Height of the slice [m] (.yaml)");
-  command->add_option("--z-min", arguments->options.zMin_m,
-                      "Lowest height of a projection [m] (.yaml, .png)");
-  command->add_option("--z-max", arguments->options.zMax_m,
-                      "Greatest height of a projection [m] (.yaml, .png)");
-  command->callback(
-      [&action, arguments]
-      {
-        action = [arguments]
-        {
-          if (!arguments->states.empty()) arguments->options.states = tools::parseStates(arguments->states);
-          tools::requireOwnPlaces({arguments->out}, {arguments->map});
-          tools::requireExportable(arguments->out, arguments->options);
-          tools::exportMap(*tools::openCellMap(arguments->map), arguments->out, arguments->options);
-          return 0;
-        };
-      });
+  command.add_option("--z", arguments.options.z_m, "Height of the slice [m] (.yaml)");
+  command.add_option("--z-min", arguments.options.zMin_m, "Lowest height of a projection [m] (.yaml, .png)");
+  command.add_option("--z-max", arguments.options.zMax_m,
+                     "Greatest height of a projection [m] (.yaml, .png)");
+}
+
+int exportMap(ExportArguments& arguments)
+{
+  if (!arguments.states.empty()) arguments.options.states = tools::parseStates(arguments.states);
+  tools::requireOwnPlaces({arguments.out}, {arguments.map});
+  tools::requireExportable(arguments.out, arguments.options);
+  tools::exportMap(*tools::openCellMap(arguments.map), arguments.out, arguments.options);
+  return 0;
+}
+}  // namespace
+
+void addExport(CLI::App& app, Action& action)
+{
+  addCommand<ExportArguments>(app, action, "export", "Write a map for other programs; the extension says how",
+                              describe, exportMap);
 }
 
 }  // namespace lamap::app

@@ -1,37 +1,39 @@
-#include "commands.h"
-
 #include <lamap_tools/commands/map_info.h>
 
-#include <iostream>
-#include <memory>
+#include "command_line.h"
 
 namespace lamap::app
 {
+namespace
+{
+struct InfoArguments
+{
+  std::string map;
+  bool json = false;
+};
+
+void describe(CLI::App& command, InfoArguments& arguments)
+{
+  addMapArgument(command, arguments.map);
+  command.add_flag("--json", arguments.json, "The same facts as JSON");
+}
+
+int info(InfoArguments& arguments)
+{
+  const tools::MapInfo found = tools::readMapInfo(arguments.map);
+  if (arguments.json)
+    print(tools::mapInfoJson(found));
+  else
+    tools::printMapInfo(found, std::cout);
+  return 0;
+}
+}  // namespace
+
 void addInfo(CLI::App& app, Action& action)
 {
-  struct InfoArguments
-  {
-    std::string map;
-    bool json = false;
-  };
-  auto arguments = std::make_shared<InfoArguments>();
-  CLI::App* command =
-      app.add_subcommand("info", "Say what is in a map: class, cells, extent, evidence, every option");
-  command->add_option("map", arguments->map, "A saved map (.lamap.gz), or OctoMap's .ot or .bt")->required();
-  command->add_flag("--json", arguments->json, "The same facts as JSON");
-  command->callback(
-      [&action, arguments]
-      {
-        action = [arguments]
-        {
-          const tools::MapInfo info = tools::readMapInfo(arguments->map);
-          if (arguments->json)
-            std::cout << tools::mapInfoJson(info).dump(2) << "\n";
-          else
-            tools::printMapInfo(info, std::cout);
-          return 0;
-        };
-      });
+  addCommand<InfoArguments>(app, action, "info",
+                            "Say what is in a map: class, cells, extent, evidence, every option", describe,
+                            info);
 }
 
 }  // namespace lamap::app

@@ -1,13 +1,7 @@
-#include "commands.h"
-
 #include <lamap_tools/files/output_paths.h>
 #include <lamap_tools/pictures/render_map.h>
 
-#include <map>
-#include <memory>
-#include <string>
-
-#include "legal_values.h"
+#include "command_line.h"
 
 namespace lamap::app
 {
@@ -22,8 +16,10 @@ struct RenderArguments
   tools::RenderOptions options;
 };
 
-void describeView(CLI::App& command, RenderArguments& arguments)
+void describe(CLI::App& command, RenderArguments& arguments)
 {
+  addMapArgument(command, arguments.map);
+  command.add_option("-o,--output", arguments.out, "The picture, .png")->required();
   static const std::map<std::string, tools::View> kViews = {
       {"top", tools::View::Top}, {"slice", tools::View::Slice}, {"3d", tools::View::Perspective}};
   static const std::map<std::string, tools::ColorBy> kColors = {{"height", tools::ColorBy::Height},
@@ -57,34 +53,28 @@ void describeView(CLI::App& command, RenderArguments& arguments)
       ->expected(6);
   command.add_flag("--show-free", options.showFree, "3d: free space as a faint surface");
 }
+
+int render(RenderArguments& arguments)
+{
+  if (!arguments.size.empty()) tools::parseSize(arguments.size, arguments.options);
+  if (const auto& box = arguments.box; !box.empty())
+  {
+    // Not by its constructor, whose complaint about corners in the wrong order is no help.
+    arguments.options.box_map.emplace();
+    arguments.options.box_map->min = {box[0], box[1], box[2]};
+    arguments.options.box_map->max = {box[3], box[4], box[5]};
+  }
+  tools::requireOwnPlaces({arguments.out}, {arguments.map});
+  tools::requireDrawable(arguments.out, arguments.options);
+  tools::renderMap(*tools::openCellMap(arguments.map), arguments.out, arguments.options);
+  return 0;
+}
 }  // namespace
 
 void addRender(CLI::App& app, Action& action)
 {
-  auto arguments = std::make_shared<RenderArguments>();
-  CLI::App* command = app.add_subcommand("render", "Draw a map into a PNG, without a display");
-  command->add_option("map", arguments->map, "A saved map (.lamap.gz), or OctoMap's .ot or .bt")->required();
-  command->add_option("-o,--output", arguments->out, "The picture, .png")->required();
-  describeView(*command, *arguments);
-  command->callback(
-      [&action, arguments]
-      {
-        action = [arguments]
-        {
-          if (!arguments->size.empty()) tools::parseSize(arguments->size, arguments->options);
-          if (const auto& box = arguments->box; !box.empty())
-          {
-            // Not by its constructor, whose complaint about corners in the wrong order is no help.
-            arguments->options.box_map.emplace();
-            arguments->options.box_map->min = {box[0], box[1], box[2]};
-            arguments->options.box_map->max = {box[3], box[4], box[5]};
-          }
-          tools::requireOwnPlaces({arguments->out}, {arguments->map});
-          tools::requireDrawable(arguments->out, arguments->options);
-          tools::renderMap(*tools::openCellMap(arguments->map), arguments->out, arguments->options);
-          return 0;
-        };
-      });
+  addCommand<RenderArguments>(app, action, "render", "Draw a map into a PNG, without a display", describe,
+                              render);
 }
 
 }  // namespace lamap::app

@@ -1,18 +1,8 @@
-#include "commands.h"
-
-#include <lamap_tools/commands/progress_bar.h>
-#include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/simulate/simulate.h>
-#include <unistd.h>
 
-#include <cstdint>
-#include <iostream>
 #include <limits>
-#include <memory>
-#include <string>
 
-#include "legal_values.h"
-#include "stop_request.h"
+#include "command_line.h"
 
 namespace lamap::app
 {
@@ -27,7 +17,7 @@ struct SimulateArguments
   std::vector<double> poseNoise;  ///< m and degrees
 };
 
-int simulate(SimulateArguments arguments)
+int simulate(SimulateArguments& arguments)
 {
   tools::SimulateOptions& options = arguments.options;
   options.noise.angle_rad = arguments.angleNoise_deg * kDegree;
@@ -42,24 +32,19 @@ int simulate(SimulateArguments arguments)
   {
     std::string input;  // of the bar that is shown
     std::unique_ptr<tools::ProgressBar> bar;
-    const auto show = [&](const tools::BuildProgress& progress)
+    const auto show = [&](const tools::Progress& progress)
     {
       if (!bar || progress.input != input)
       {
         bar.reset();
         input = progress.input;
-        const char* unit = input == options.outPath ? "scans" : "cells";
-        bar = std::make_unique<tools::ProgressBar>(std::cerr, isatty(STDERR_FILENO) != 0, unit);
+        bar.reset(new tools::ProgressBar(makeProgressBar(input == options.outPath ? "scans" : "cells")));
       }
       bar->show(progress);
     };
     report = tools::simulate(options, show);
   }
-  if (report.stopped)
-  {
-    std::cerr << "lamap: stopped by the user; nothing is written\n";
-    return kStopped;
-  }
+  if (report.stopped) return stoppedByUser("; nothing is written");
   tools::printReport(report, options, std::cout);
   return 0;
 }
@@ -80,47 +65,50 @@ void describeNoise(CLI::App& command, SimulateArguments& arguments)
       ->expected(2)
       ->group("Noise (standard deviations; default none)");
 }
+
+void describe(CLI::App& command, SimulateArguments& arguments)
+{
+  tools::SimulateOptions& options = arguments.options;
+  command.add_option("world", options.world, "structured, unstructured, corridor, pier, station or flatland")
+      ->required();
+  command
+      .add_option("-o,--output", options.outPath,
+                  "The log, .rawlog or .simplemap; beside it a .tum with the true poses and an .ini for "
+                  "lamap build -c")
+      ->required();
+  command.add_option("--truth", options.truthPaths,
+                     "The truth, .csv (x,y,z,label) or .bt (OctoMap); may be given for both");
+  command.add_option("--seed", options.seed, "Of the world and of all noise")
+      ->check(wholeNumber(0, std::numeric_limits<int64_t>::max()))
+      ->capture_default_str();
+  command.add_option("--sensor", options.sensor,
+                     "sector-laser, pan-tilt-laser, lidar16, planar-laser, sonar or sonar-range; default: "
+                     "the world's own");
+  command.add_option("--scans", options.scans, "How many (sweeps of a sonar); default: the world's own");
+  command.add_option("--max-range", options.rangeMax_m, "Of the sensor [m]; default: its own");
+  command.add_option("--trajectory", options.trajectory,
+                     "stops, driving, or a file of poses (TUM format), one a scan");
+  command.add_option("--at", options.standAt,
+                     "x,y,z or x,y,z,yaw [m, deg]: the sensor stands there for all scans");
+  command.add_option("--resolution", options.resolution_m, "Edge of the truth's cells [m]")
+      ->capture_default_str();
+  command.add_option("--truth-depth", options.truthDepth_m,
+                     "How deep behind a surface solid cells count [m]; default: one cell");
+  describeNoise(command, arguments);
+}
+
+void check(const CLI::App& /*command*/, const SimulateArguments& arguments)
+{
+  if (arguments.options.truthDepth_m && arguments.options.truthPaths.empty())
+    throw CLI::ValidationError("simulate", "--truth-depth needs --truth FILE");
+}
 }  // namespace
 
 void addSimulate(CLI::App& app, Action& action)
 {
-  auto arguments = std::make_shared<SimulateArguments>();
-  CLI::App* command =
-      app.add_subcommand("simulate", "Make a world whose truth is known, and a log of a sensor in it");
-  tools::SimulateOptions& options = arguments->options;
-  command->add_option("world", options.world, "structured, unstructured, corridor, pier, station or flatland")
-      ->required();
-  command
-      ->add_option("-o,--output", options.outPath,
-                   "The log, .rawlog or .simplemap; beside it a .tum with the true poses and an .ini for "
-                   "lamap build -c")
-      ->required();
-  command->add_option("--truth", options.truthPaths,
-                      "The truth, .csv (x,y,z,label) or .bt (OctoMap); may be given for both");
-  command->add_option("--seed", options.seed, "Of the world and of all noise")
-      ->check(wholeNumber(0, std::numeric_limits<int64_t>::max()))
-      ->capture_default_str();
-  command->add_option("--sensor", options.sensor,
-                      "sector-laser, pan-tilt-laser, lidar16, planar-laser, sonar or sonar-range; default: "
-                      "the world's own");
-  command->add_option("--scans", options.scans, "How many (sweeps of a sonar); default: the world's own");
-  command->add_option("--max-range", options.rangeMax_m, "Of the sensor [m]; default: its own");
-  command->add_option("--trajectory", options.trajectory,
-                      "stops, driving, or a file of poses (TUM format), one a scan");
-  command->add_option("--at", options.standAt,
-                      "x,y,z or x,y,z,yaw [m, deg]: the sensor stands there for all scans");
-  command->add_option("--resolution", options.resolution_m, "Edge of the truth's cells [m]")
-      ->capture_default_str();
-  command->add_option("--truth-depth", options.truthDepth_m,
-                      "How deep behind a surface solid cells count [m]; default: one cell");
-  describeNoise(*command, *arguments);
-  command->callback(
-      [&action, arguments]
-      {
-        if (arguments->options.truthDepth_m && arguments->options.truthPaths.empty())
-          throw CLI::ValidationError("simulate", "--truth-depth needs --truth FILE");
-        action = [arguments] { return simulate(*arguments); };
-      });
+  addCommand<SimulateArguments>(app, action, "simulate",
+                                "Make a world whose truth is known, and a log of a sensor in it", describe,
+                                simulate, check);
 }
 
 }  // namespace lamap::app

@@ -2,6 +2,7 @@
 
 #include <lamap_core/options/nearest_name.h>
 #include <lamap_mrpt/compat/mrpt_compat.h>
+#include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 
 #include <algorithm>
@@ -24,17 +25,13 @@ void requireSubcommand(const CLI::App& app, const std::vector<std::string>& argu
   const std::string name = arguments.empty() ? "" : arguments.front();
   if (name.rfind('-', 0) == 0) return;
   std::vector<std::string> names;
-  std::string all;
-  for (const CLI::App* command : app.get_subcommands({}))
-  {
-    names.push_back(command->get_name());
-    all += (all.empty() ? "" : ", ") + names.back();
-  }
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
   if (std::find(names.begin(), names.end(), name) != names.end()) return;
   const std::string wrong =
       name.empty() ? "which subcommand?"
                    : "'" + name + "' is no subcommand; did you mean " + lamap::nearestOf(name, names) + "?";
-  throw lamap::tools::UsageError(wrong + " There are: " + all + ". `lamap --help` says what they do");
+  throw lamap::tools::UsageError(wrong + " There are: " + lamap::tools::joined(names) +
+                                 ". `lamap --help` says what they do");
 }
 }  // namespace
 

@@ -11,20 +11,15 @@ set_target_properties(lamap_mrpt PROPERTIES
   VERSION ${PROJECT_VERSION}
   SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 
-# The tool finds the library by its relative path, wherever both are.
-file(RELATIVE_PATH lamap_bin_to_lib ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
-set_target_properties(lamap PROPERTIES INSTALL_RPATH "$ORIGIN/${lamap_bin_to_lib}")
-
-# lamap_core is part of the library; users of its headers need what these include.
-target_link_libraries(lamap_mrpt INTERFACE $<INSTALL_INTERFACE:Eigen3::Eigen> $<INSTALL_INTERFACE:tsl::robin_map>)
-
 install(TARGETS lamap_mrpt EXPORT mrpt-lamap-targets
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
   INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(TARGETS lamap RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(DIRECTORY libs/lamap_core libs/lamap_mrpt
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
-install(DIRECTORY share/ DESTINATION ${LAMAP_INSTALL_SHAREDIR} FILES_MATCHING PATTERN "*.ini")
+foreach(header ${LAMAP_PUBLIC_HEADERS})
+  cmake_path(GET header PARENT_PATH room)
+  install(FILES libs/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${room})
+endforeach()
+install(DIRECTORY share/ini share/examples DESTINATION ${LAMAP_INSTALL_SHAREDIR})
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 install(EXPORT mrpt-lamap-targets NAMESPACE mrpt-lamap:: DESTINATION ${LAMAP_INSTALL_CMAKEDIR})

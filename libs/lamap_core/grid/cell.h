@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -42,24 +41,9 @@ struct CellEstimate
 };
 
 /// Centre of a cell [m].
-[[nodiscard]] inline Eigen::Vector3d cellCentre(const CellIndex& cell, double resolution_m)
-{
-  return {(cell.x + 0.5) * resolution_m, (cell.y + 0.5) * resolution_m, (cell.z + 0.5) * resolution_m};
-}
+[[nodiscard]] Eigen::Vector3d cellCentre(const CellIndex& cell, double resolution_m);
 
 /// The cell that holds a point [m]; nothing where the point is not finite or beyond the range of the index.
-[[nodiscard]] inline std::optional<CellIndex> cellAt(const Eigen::Vector3d& point_m, double resolution_m)
-{
-  std::array<int32_t, 3> index{};
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    const double coordinate = std::floor(point_m[axis] / resolution_m);
-    // Leaves room for a kernel's reach around every valid cell.
-    constexpr double kLimit = 2140000000.0;
-    if (!(coordinate > -kLimit && coordinate < kLimit)) return std::nullopt;
-    index[static_cast<size_t>(axis)] = static_cast<int32_t>(coordinate);
-  }
-  return CellIndex{index[0], index[1], index[2]};
-}
+[[nodiscard]] std::optional<CellIndex> cellAt(const Eigen::Vector3d& point_m, double resolution_m);
 
 }  // namespace lamap

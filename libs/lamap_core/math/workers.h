@@ -1,13 +1,9 @@
 #pragma once
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
-#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <optional>
-#include <thread>
+#include <type_traits>
 #include <utility>
 
 namespace lamap
@@ -18,12 +14,7 @@ class Workers
 {
  public:
   /// @param threads how many may work at once; 0, or more than the machine has: as many as it has
-  explicit Workers(unsigned threads)
-  {
-    const unsigned all = std::max(1u, std::thread::hardware_concurrency());
-    threads_ = threads > 0 ? std::min(threads, all) : all;
-    if (threads_ > 1) arena_ = std::make_shared<tbb::task_arena>(static_cast<int>(threads_));
-  }
+  explicit Workers(unsigned threads);
 
   [[nodiscard]] unsigned threads() const { return threads_; }
 
@@ -36,7 +27,9 @@ class Workers
       for (size_t i = 0; i < count; ++i) visit(i);
       return;
     }
-    arena_->execute([&] { tbb::parallel_for(size_t{0}, count, visit); });
+    deal(
+        count, [](void* visitor, size_t i) { (*static_cast<std::remove_reference_t<Visit>*>(visitor))(i); },
+        addressOf(visit));
   }
 
   /// Calls work(), which may use oneTBB itself, with as many threads.
@@ -46,13 +39,23 @@ class Workers
     if (threads_ == 1)
       work();
     else
-      arena_->execute(work);
+      enter([](void* called) { (*static_cast<std::remove_reference_t<Work>*>(called))(); }, addressOf(work));
   }
 
  private:
+  class Arena;  ///< of oneTBB, whose headers our users need not have
+
+  template <typename Callable>
+  static void* addressOf(Callable& callable)
+  {
+    return const_cast<std::remove_const_t<Callable>*>(std::addressof(callable));
+  }
+  void deal(size_t count, void (*call)(void* visitor, size_t i), void* visitor) const;
+  void enter(void (*call)(void* work), void* work) const;
+
   unsigned threads_;
   /// One for all calls: threads hardly ever join an arena that is gone after a millisecond.
-  std::shared_ptr<tbb::task_arena> arena_;
+  std::shared_ptr<Arena> arena_;
 };
 
 /** Workers that stay for the next call with as many threads. A copy has its own. */

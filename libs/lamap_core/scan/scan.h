@@ -87,12 +87,9 @@ struct Scan
   std::vector<RayFan> fans;
 
   /// @param point [m] in the sensor's frame
-  [[nodiscard]] Eigen::Vector3d inMap(const Eigen::Vector3d& point) const { return sensorPose_map * point; }
+  [[nodiscard]] Eigen::Vector3d inMap(const Eigen::Vector3d& point) const;
   /// @param vector in the axes of the sensor. @return it in those of the map
-  [[nodiscard]] Eigen::Vector3d turnedToMap(const Eigen::Vector3d& vector) const
-  {
-    return sensorPose_map.linear() * vector;
-  }
+  [[nodiscard]] Eigen::Vector3d turnedToMap(const Eigen::Vector3d& vector) const;
 };
 
 }  // namespace lamap

@@ -184,16 +184,44 @@ class GzipFile
   bool ended_ = false;
 };
 
-/// The archive that an object is read from.
+/** The archive that an object is read from: inflated once, as it is read.
+ *
+ * MRPT's classes and readPayload() may swallow what read() throws, so the file's own damage is kept for
+ * whoever asks at the end. */
 class GzipReader : public CArchive
 {
  public:
-  explicit GzipReader(const std::string& path) : file_(std::make_unique<GzipFile>(path)) {}
-  [[nodiscard]] bool isAtEnd()
+  /// @throws std::runtime_error as GzipFile, or if the content is larger than the limit, here and in reading.
+  GzipReader(const std::string& path, uint64_t limit_bytes)
+      : file_(std::make_unique<GzipFile>(path)), limit_bytes_(limit_bytes)
   {
-    uint8_t next = 0;
-    return file_->read(&next, 1) == 0;
+    inflateMore();
   }
+
+  /// The first bytes: all of a small file, more than any object's header of a large one. Before the first
+  /// read.
+  [[nodiscard]] const std::vector<uint8_t>& beginning() const { return ready_; }
+
+  /// Inflates all that is left, so that nothing of a damaged file is ever read.
+  void inflateAll()
+  {
+    while (inflateMore())
+    {
+    }
+  }
+
+  /// @throws std::runtime_error if the file is damaged, in what was read or in what follows.
+  void requireSoundFile()
+  {
+    do
+    {
+      if (!damage_.empty()) throw std::runtime_error(damage_);
+      ready_.clear();
+      taken_ = 0;
+    } while (inflateMore());
+  }
+
+  [[nodiscard]] bool isAtEnd() { return taken_ == ready_.size() && !inflateMore(); }
 
  protected:
   std::size_t write(const void* /*bytes*/, std::size_t /*count*/) override
@@ -202,14 +230,57 @@ class GzipReader : public CArchive
   }
   std::size_t read(void* bytes, std::size_t count) override
   {
-    const std::size_t got = file_->read(static_cast<uint8_t*>(bytes), count);
-    // MRPT takes a short read for a whole one.
-    if (got < count) throw std::runtime_error("the content ends too early");
-    return got;
+    auto* to = static_cast<uint8_t*>(bytes);
+    for (std::size_t left = count; left > 0;)
+    {
+      // MRPT takes a short read for a whole one.
+      if (isAtEnd()) throw std::runtime_error("the content ends too early");
+      const std::size_t part = std::min(left, ready_.size() - taken_);
+      std::copy_n(ready_.begin() + static_cast<std::ptrdiff_t>(taken_), part, to);
+      to += part;
+      taken_ += part;
+      left -= part;
+    }
+    return count;
   }
 
  private:
+  /// Makes room by dropping what was taken. @return whether there was more
+  bool inflateMore()
+  {
+    if (taken_ == ready_.size())
+    {
+      ready_.clear();
+      taken_ = 0;
+    }
+    const std::size_t before = ready_.size();
+    ready_.resize(before + kChunk);
+    std::size_t got = 0;
+    try
+    {
+      got = file_->read(ready_.data() + before, kChunk);
+      inflated_ += got;
+      if (inflated_ > limit_bytes_)
+        throw std::runtime_error(
+            "it uncompresses to more than " + std::to_string(limit_bytes_) +
+            " bytes, which is the limit here: half the memory of this machine unless set");
+    }
+    catch (const std::runtime_error& error)
+    {
+      ready_.resize(before);
+      damage_ = error.what();
+      throw;
+    }
+    ready_.resize(before + got);
+    return got > 0;
+  }
+
   std::unique_ptr<GzipFile> file_;
+  uint64_t limit_bytes_;
+  uint64_t inflated_ = 0;
+  std::vector<uint8_t> ready_;  ///< inflated, of which `taken_` bytes are read
+  std::size_t taken_ = 0;
+  std::string damage_;
 };
 
 /// How an object begins in MRPT's archives: the length of its class's name with the top bit set, the name,
@@ -231,29 +302,6 @@ std::optional<ObjectHeader> headerOf(const std::vector<uint8_t>& bytes)
   const bool isName = std::all_of(header.className.begin(), header.className.end(),
                                   [](unsigned char c) { return c > ' ' && c < 0x7f; });
   return isName ? std::optional(header) : std::nullopt;
-}
-
-/// Uncompresses all, keeps only the beginning. @throws as GzipFile, or if there are more bytes than the
-/// limit.
-std::vector<uint8_t> checkedBeginning(const std::string& path, uint64_t limit_bytes)
-{
-  constexpr std::size_t kLongestHeader = 2 + 0x7f;
-  const auto file = std::make_unique<GzipFile>(path);
-  std::vector<uint8_t> chunk(kChunk);
-  std::vector<uint8_t> beginning;
-  uint64_t total = 0;
-  for (;;)
-  {
-    const std::size_t got = file->read(chunk.data(), chunk.size());
-    if (total == 0)
-      beginning.assign(chunk.begin(),
-                       chunk.begin() + static_cast<std::ptrdiff_t>(std::min(got, kLongestHeader)));
-    total += got;
-    if (total > limit_bytes)
-      throw std::runtime_error("it uncompresses to more than " + std::to_string(limit_bytes) +
-                               " bytes, which is the limit here: half the memory of this machine unless set");
-    if (got < chunk.size()) return beginning;
-  }
 }
 
 /// An archive that keeps the beginning of what is written, and drops the rest.
@@ -298,7 +346,7 @@ std::optional<uint8_t> versionWritten(const mrpt::rtti::TRuntimeClassId& classId
 }
 
 /// @throws std::runtime_error unless the beginning is that of a map which this program can read.
-void requireReadableMap(const std::vector<uint8_t>& beginning)
+ObjectHeader headerOfReadableMap(const std::vector<uint8_t>& beginning)
 {
   const auto header = headerOf(beginning);
   if (!header) throw std::runtime_error("it does not hold an object of MRPT; a map file holds one map");
@@ -312,16 +360,38 @@ void requireReadableMap(const std::vector<uint8_t>& beginning)
     throw std::runtime_error("it holds version " + std::to_string(header->version) + " of " +
                              header->className + ", and this program reads versions up to " +
                              std::to_string(*known) + "; read it with a newer release");
+  return *header;
 }
 
-CMetricMap::Ptr readMap(const std::string& path, uint64_t limit_bytes)
+MapFile readMap(GzipReader& archive)
 {
-  requireReadableMap(checkedBeginning(path, limit_bytes));
-  GzipReader archive(path);
-  const auto map = std::dynamic_pointer_cast<CMetricMap>(archive.ReadObject());
-  if (!map) throw std::runtime_error("it does not hold a map");
+  const ObjectHeader header = headerOfReadableMap(archive.beginning());
+  // This library's maps check their content themselves (readPayload) before they parse it. Others trust what
+  // they read: they are given only what gzip's checksum has found right.
+  if (header.className.rfind("lamap::", 0) != 0) archive.inflateAll();
+  MapFile content{std::dynamic_pointer_cast<CMetricMap>(archive.ReadObject()), header.version};
+  if (!content.map) throw std::runtime_error("it does not hold a map");
   if (!archive.isAtEnd()) throw std::runtime_error("other content follows the map");
-  return map;
+  return content;
+}
+
+MapFile readMap(const std::string& path, uint64_t limit_bytes)
+{
+  GzipReader archive(path, limit_bytes);
+  try
+  {
+    return readMap(archive);
+  }
+  catch (const std::bad_alloc&)
+  {
+    throw;
+  }
+  catch (const std::exception&)
+  {
+    // A damaged file explains whatever its content was found to be.
+    archive.requireSoundFile();
+    throw;
+  }
 }
 
 }  // namespace
@@ -342,7 +412,7 @@ void saveMapFile(const CMetricMap& map, const std::string& path)
   file.commit();
 }
 
-CMetricMap::Ptr loadMapFile(const std::string& path, uint64_t limit_bytes)
+MapFile readMapFile(const std::string& path, uint64_t limit_bytes)
 {
   try
   {
@@ -356,6 +426,11 @@ CMetricMap::Ptr loadMapFile(const std::string& path, uint64_t limit_bytes)
   {
     throw std::runtime_error("cannot read the map file '" + path + "': " + compat::messageOf(error));
   }
+}
+
+CMetricMap::Ptr loadMapFile(const std::string& path, uint64_t limit_bytes)
+{
+  return readMapFile(path, limit_bytes).map;
 }
 
 }  // namespace lamap

@@ -21,17 +21,27 @@ namespace lamap
  */
 void saveMapFile(const mrpt::maps::CMetricMap& map, const std::string& path);
 
-/** Loads what saveMapFile() wrote.
+/// What a map file holds.
+struct MapFile
+{
+  mrpt::maps::CMetricMap::Ptr map;  ///< never null
+  uint8_t version = 0;              ///< of the format that its class gave it
+};
+
+/** Loads what saveMapFile() wrote, inflating the file once.
  *
- * The whole file is checked first (gzip's own CRC-32 and length), so that a damaged one never reaches a
- * parser, and one that uncompresses to more than the limit is refused before anything of it is kept.
+ * Damaged content never reaches a parser: this library's maps are checked by their own CRC-32 as they are
+ * read; a map of another class, whose parser may trust what it reads, is inflated whole and checked by gzip's
+ * CRC-32 first. A file that uncompresses to more than the limit is refused.
  *
  * @param limit_bytes largest content, uncompressed.
- * @return a map, never null.
  * @throws std::runtime_error naming the file, what is wrong and what would be right: missing, a folder,
  * empty, not gzip, truncated, damaged, followed by other bytes, not an MRPT object, an object of a class that
  * is not loaded or that is no map, of a newer version, or with content that its class refuses.
  */
+[[nodiscard]] MapFile readMapFile(const std::string& path, uint64_t limit_bytes = memoryForContent());
+
+/// Only the map of it. @throws as readMapFile()
 [[nodiscard]] mrpt::maps::CMetricMap::Ptr loadMapFile(const std::string& path,
                                                       uint64_t limit_bytes = memoryForContent());
 

@@ -6,8 +6,6 @@
 #include <mrpt/maps/COctoMap.h>
 #include <mrpt/opengl/COctoMapVoxels.h>
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <iomanip>
 #include <sstream>
@@ -125,14 +123,16 @@ class GridCells : public CellMap
   explicit GridCells(std::shared_ptr<mrpt::maps::COccupancyGridMap2D> map) : map_(std::move(map)) {}
 
   std::string className() const override { return map_->GetRuntimeClass()->className; }
-  /// MRPT holds it as float: 0.1 shall not become 0.10000000149.
+  /// MRPT holds it as float: 0.1 shall not become 0.10000000149. It is the decimal with the fewest places
+  /// that is this float.
   double resolution() const override
   {
-    std::array<char, 32> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), map_->getResolution());
-    double resolution_m = 0;
-    std::from_chars(text.data(), end.ptr, resolution_m);
-    return resolution_m;
+    const float stored = map_->getResolution();
+    for (double scale = 1; scale <= 1e9; scale *= 10)
+      if (const double decimal = std::round(static_cast<double>(stored) * scale) / scale;
+          static_cast<float>(decimal) == stored)
+        return decimal;
+    return static_cast<double>(stored);
   }
   std::vector<std::string> evidenceNames() const override { return {"logodds"}; }
 
@@ -193,19 +193,26 @@ OpenedMap openMap(const std::string& path)
     opened.cells = readOctomapFile(path);
     return opened;
   }
-  opened.map = loadMapFile(path);
+  MapFile file = readMapFile(path);
+  opened.formatVersion = static_cast<int8_t>(file.version);
+  opened.map = std::move(file.map);
   opened.cells = cellsOf(opened.map);
   return opened;
 }
 
-std::unique_ptr<CellMap> openCellMap(const std::string& path)
+OpenedMap openMapOfCells(const std::string& path)
 {
   OpenedMap opened = openMap(path);
   if (!opened.cells)
     throw std::runtime_error(path + ": its map is a " + opened.map->GetRuntimeClass()->className +
                              ", which has no cells; expected one of this library's maps, COctoMap, "
                              "CColouredOctoMap, COccupancyGridMap2D, or a .ot or .bt file");
-  return std::move(opened.cells);
+  return opened;
+}
+
+std::unique_ptr<CellMap> openCellMap(const std::string& path)
+{
+  return openMapOfCells(path).cells;
 }
 
 void requireCountOfCells(double cells)

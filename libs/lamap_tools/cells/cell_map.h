@@ -44,13 +44,17 @@ struct OpenedMap
   mrpt::maps::CMetricMap::Ptr map;
   /// Its cells; nothing where the map has none (a point map, say).
   std::unique_ptr<CellMap> cells;
+  /// Of the class in MRPT's archive; nothing where the file is an OctoMap tree.
+  std::optional<int> formatVersion;
 };
 
 /** Reads a map file: `.ot` and `.bt` with OctoMap, anything else as a saved MRPT map.
  * @throws std::runtime_error naming the file and what is wrong: missing, cut short, of another kind. */
 [[nodiscard]] OpenedMap openMap(const std::string& path);
 
-/// As openMap, for those who need cells. @throws also where the map has none, naming its class.
+/// The same. @throws std::runtime_error also where the map has no cells, naming its class.
+[[nodiscard]] OpenedMap openMapOfCells(const std::string& path);
+/// Only the cells. @throws as openMapOfCells().
 [[nodiscard]] std::unique_ptr<CellMap> openCellMap(const std::string& path);
 
 /** The cells of a CLearnedMap, COctoMap, CColouredOctoMap or COccupancyGridMap2D (its layer is z index 0,

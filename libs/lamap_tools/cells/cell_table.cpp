@@ -26,43 +26,24 @@ void CellExtent::include(const CellIndex& cell)
   last = {std::max(last.x, cell.x), std::max(last.y, cell.y), std::max(last.z, cell.z)};
 }
 
-std::optional<CellExtent> cellExtent(const CellMap& map)
+Eigen::AlignedBox3d CellExtent::box_m(double resolution_m) const
+{
+  const double r = resolution_m;
+  return {Eigen::Vector3d(first.x * r, first.y * r, first.z * r),
+          Eigen::Vector3d((last.x + 1.0) * r, (last.y + 1.0) * r, (last.z + 1.0) * r)};
+}
+
+std::optional<CellExtent> cellExtent(const CellMap& map, const ShownCells& shown)
 {
   std::optional<CellExtent> extent;
   map.visitCells(
-      [&](const CellIndex& cell, const CellEstimate&)
+      [&](const CellIndex& cell, const CellEstimate& estimate)
       {
+        if (shown && !shown(cell, estimate)) return;
         if (!extent) extent = CellExtent{cell, cell};
         extent->include(cell);
       });
   return extent;
-}
-
-const CellRow* CellTable::find(const CellIndex& cell) const
-{
-  const auto row =
-      std::lower_bound(rows.begin(), rows.end(), cell,
-                       [](const CellRow& a, const CellIndex& b) { return inTableOrder(a.index, b); });
-  return row != rows.end() && row->index == cell ? &*row : nullptr;
-}
-
-CellTable readCellTable(const CellMap& map)
-{
-  CellTable table;
-  table.className = map.className();
-  table.resolution_m = map.resolution();
-  table.evidenceNames = map.evidenceNames();
-  map.visitCells(
-      [&](const CellIndex& cell, const CellEstimate& estimate) {
-        table.rows.push_back({cell, estimate});
-      });
-  sortRows(table.rows);
-  return table;
-}
-
-CellTable readCellTable(const std::string& path)
-{
-  return readCellTable(*openCellMap(path));
 }
 
 void visitCellsSorted(const CellMap& map, const std::function<void(const CellRow&)>& visitor,

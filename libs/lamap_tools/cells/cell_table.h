@@ -3,6 +3,7 @@
 #include <lamap_core/grid/cell.h>
 #include <lamap_tools/cells/cell_map.h>
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -27,27 +28,13 @@ struct CellExtent
   CellIndex last;
 
   void include(const CellIndex& cell);
+  /// The two corners [m].
+  [[nodiscard]] Eigen::AlignedBox3d box_m(double resolution_m) const;
 };
 
-/// Nothing for a map without cells.
-[[nodiscard]] std::optional<CellExtent> cellExtent(const CellMap& map);
-
-/** All finest cells of a map in memory, sorted by z, y, x: for lookups and for whoever needs them in order.
- * Plain data; const methods may be called from several threads. */
-struct CellTable
-{
-  std::string className;                   ///< of the map it was read from
-  double resolution_m = 0;                 ///< edge of a cell [m]
-  std::vector<std::string> evidenceNames;  ///< of CellEstimate::evidence
-  std::vector<CellRow> rows;               ///< in table order, each cell once
-
-  /// The row of a cell; nullptr where the map has no evidence.
-  [[nodiscard]] const CellRow* find(const CellIndex& cell) const;
-};
-
-[[nodiscard]] CellTable readCellTable(const CellMap& map);
-/// @throws as openCellMap.
-[[nodiscard]] CellTable readCellTable(const std::string& path);
+/// Of the cells that are shown; nothing where there is none.
+using ShownCells = std::function<bool(const CellIndex&, const CellEstimate&)>;
+[[nodiscard]] std::optional<CellExtent> cellExtent(const CellMap& map, const ShownCells& shown = {});
 
 /** Calls the visitor for every cell in table order, holding about maxRowsInMemory rows at a time: the map is
  * walked once to count cells a layer, then once for each group of layers that fits (a single layer is never

@@ -1,13 +1,13 @@
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_tools/cells/cell_table.h>
 #include <lamap_tools/cells/octomap_file.h>
+#include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/file_output.h>
 #include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -23,14 +23,6 @@ namespace
 {
 /// OctoMap's key of the cell with index 0.
 constexpr int kKeyOfZero = 32768;
-
-std::string lowerExtension(const std::string& path)
-{
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
 
 template <class Tree>
 class OctomapCells : public CellMap
@@ -181,24 +173,25 @@ void requireWhole(const std::string& path, const OctomapHeader& header, std::ist
   in.seekg(begin);
 }
 
-std::unique_ptr<CellMap> readTree(const std::string& path, const OctomapHeader& header, std::istream& in)
+template <class Tree>
+std::unique_ptr<CellMap> readTree(const std::string& path, const OctomapHeader& header, std::istream& in,
+                                  bool binary)
 {
-  const auto read = [&](auto tree) -> std::unique_ptr<CellMap>
-  {
-    using Tree = typename decltype(tree)::element_type;
-    requireWhole(path, header, in, false);
-    if (header.nodes > 0) tree->readData(in);
-    return std::make_unique<OctomapCells<Tree>>(std::move(tree));
-  };
-  if (header.id == "OcTree") return read(std::make_unique<octomap::OcTree>(header.resolution_m));
-  if (header.id == "ColorOcTree") return read(std::make_unique<octomap::ColorOcTree>(header.resolution_m));
-  failRead(path, "holds a tree of kind '" + header.id + "'; expected OcTree or ColorOcTree");
+  auto tree = std::make_unique<Tree>(header.resolution_m);
+  requireWhole(path, header, in, binary);
+  if (header.nodes > 0) binary ? tree->readBinaryData(in) : tree->readData(in);
+  return std::make_unique<OctomapCells<Tree>>(std::move(tree));
+}
+
+const char* firstLine(bool binary)
+{
+  return binary ? "# Octomap OcTree binary file" : "# Octomap OcTree file";
 }
 }  // namespace
 
 bool isOctomapFile(const std::string& path)
 {
-  const std::string extension = lowerExtension(path);
+  const std::string extension = extensionOf(path);
   return extension == ".ot" || extension == ".bt";
 }
 
@@ -207,20 +200,17 @@ std::unique_ptr<CellMap> readOctomapFile(const std::string& path)
   if (std::filesystem::is_directory(path)) failRead(path, "is a folder, not a file");
   std::ifstream in(path, std::ios::binary);
   if (!in) failRead(path, std::string("cannot be opened: ") + std::strerror(errno));
-  const bool binary = lowerExtension(path) == ".bt";
-  const auto header = readHeader(in, binary ? "# Octomap OcTree binary file" : "# Octomap OcTree file");
+  const bool binary = extensionOf(path) == ".bt";
+  const auto header = readHeader(in, firstLine(binary));
   if (!header)
-    failRead(path, binary ? "is not an OctoMap .bt file (no '# Octomap OcTree binary file' header)"
-                          : "is not an OctoMap .ot file (no '# Octomap OcTree file' header)");
+    failRead(path, std::string("is not an OctoMap ") + (binary ? ".bt" : ".ot") + " file (no '" +
+                       firstLine(binary) + "' header)");
   if (!(header->resolution_m > 0) || !std::isfinite(header->resolution_m))
     failRead(path,
              "states a resolution of " + std::to_string(header->resolution_m) + " m; expected one above 0");
-  if (!binary) return readTree(path, *header, in);
-
-  auto tree = std::make_unique<octomap::OcTree>(header->resolution_m);
-  requireWhole(path, *header, in, true);
-  if (header->nodes > 0) tree->readBinaryData(in);
-  return std::make_unique<OctomapCells<octomap::OcTree>>(std::move(tree));
+  if (binary || header->id == "OcTree") return readTree<octomap::OcTree>(path, *header, in, binary);
+  if (header->id == "ColorOcTree") return readTree<octomap::ColorOcTree>(path, *header, in, binary);
+  failRead(path, "holds a tree of kind '" + header->id + "'; expected OcTree or ColorOcTree");
 }
 
 namespace
@@ -243,7 +233,7 @@ void requireKeys(const CellExtent& extent, const std::string& path, double resol
 /// OctoMap's own writers cut the resolution to six digits and talk on the standard error.
 void writeTree(const octomap::OcTree& tree, bool binary, std::ostream& out)
 {
-  out << (binary ? "# Octomap OcTree binary file" : "# Octomap OcTree file")
+  out << firstLine(binary)
       << "\n# (feel free to add / change comments, but leave the first line as it is!)\n#\nid "
       << tree.getTreeType() << "\nsize " << tree.size() << "\nres " << shortest(tree.getResolution())
       << "\ndata\n";
@@ -262,7 +252,7 @@ octomap::OcTreeKey keyOf(const CellIndex& cell)
 
 void writeOctomapFile(const CellMap& map, const std::string& path)
 {
-  const bool binary = lowerExtension(path) == ".bt";
+  const bool binary = extensionOf(path) == ".bt";
   const auto extent = cellExtent(map);
   if (!extent) throw std::runtime_error(path + ": the map is empty, there is no cell to write");
   requireKeys(*extent, path, map.resolution());

@@ -1,25 +1,25 @@
 #include <lamap_core/training/scan_labels.h>
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
+#include <lamap_tools/cells/truth.h>
 #include <lamap_tools/commands/compare.h>
+#include <lamap_tools/commands/scored_map.h>
+#include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/scores/score_report.h>
-#include <lamap_tools/scores/truth.h>
 #include <mrpt/core/format.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 #include <mrpt/maps/COctoMap.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <filesystem>
 #include <ostream>
 #include <sstream>
 #include <stdexcept>
 
 #include <lamap_tools/commands/comparison_page.h>
-#include <lamap_tools/commands/held_out_cells.h>
+#include <lamap_tools/scores/held_out_cells.h>
 
 namespace lamap::tools
 {
@@ -95,42 +95,39 @@ MapDefinition definitionOf(const NamedRequest& named)
   }
 }
 
-/// A map that is being built. Belongs to one thread.
-class Builder
+/// A map that is being built, and what scans kept from it show of its own kind of cells. Belongs to one
+/// thread.
+class Builder : public ScoredMap
 {
  public:
   Builder(const NamedRequest& named, const CompareOptions& options)
+      : ScoredMap(named.name, definitionOf(named), options.threads, options.maxRange_m, "compare"),
+        shown(rules.resolution_m)
   {
-    built_.name = named.name;
-    built_.map = createMap(definitionOf(named));
-    if (auto* learned = dynamic_cast<CLearnedMap*>(built_.map.get()))
-      learned->setThreadCount(options.threads);
-    built_.cells = cellsOf(built_.map);
-    if (!built_.cells)
-      throw UsageError("-m " + built_.name + ": a " + built_.map->GetRuntimeClass()->className +
-                       " has no cells to compare");
-    inserter_ = std::make_unique<ScanInserter>(*built_.map);
-    rules_ = labelRulesFor(*built_.map, *built_.cells, options.maxRange_m);
   }
 
   void insert(const ScanItem& item)
   {
     const ScanItem own = ownCopyOf(item);
     if (const auto* observed = std::get_if<ObservedScan>(&own)) observed->observation->load();
-    takeTime([&] { inserter_->insert(own); });
+    takeTime([&] { inserter->insert(own); });
   }
-
-  [[nodiscard]] LabelRules& rules() { return rules_; }
-  [[nodiscard]] const InsertionTally& tally() const { return inserter_->tally(); }
-  [[nodiscard]] const ComparedMap& built() const { return built_; }
 
   [[nodiscard]] ComparedMap finish()
   {
-    takeTime([&] { (void)built_.cells->estimateAt({0, 0, 0}); });
-    built_.scans = inserter_->tally();
-    built_.memoryBytes = memoryOf(*built_.map);
-    return built_;
+    takeTime([&] { (void)cells->estimateAt({0, 0, 0}); });
+    return {name, map, cells, inserter->tally(), insertion_s_, memoryOf(*map), std::nullopt};
   }
+
+  [[nodiscard]] MapScores heldOutScores(const std::vector<double>& thresholds)
+  {
+    if (shown.empty())
+      throw std::runtime_error("the scans that were held out show neither hits nor free space");
+    shown.ask(*cells, tally);
+    return scores(thresholds);
+  }
+
+  HeldOutCells shown;
 
  private:
   template <class Act>
@@ -138,76 +135,36 @@ class Builder
   {
     const auto begin = std::chrono::steady_clock::now();
     act();
-    built_.insertion_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    insertion_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
 
-  ComparedMap built_;
-  std::unique_ptr<ScanInserter> inserter_;
-  LabelRules rules_;
+  double insertion_s_ = 0;
 };
 
-/// Scores by scans that were kept from the maps. Each map is asked about its own kind of cells.
-class HeldOutScores
+/// Rays of the scans held out count equally far for all maps.
+void scoreEquallyFar(const CompareOptions& options, std::vector<Builder>& builders)
 {
- public:
-  HeldOutScores(const CompareOptions& options, std::vector<Builder>& builders) : choice_(options.heldOutEvery)
-  {
-    double farthest_m = options.maxRange_m;
-    if (!(farthest_m > 0))
-      for (Builder& builder : builders) farthest_m = std::max(farthest_m, builder.rules().maxRange_m);
-    for (Builder& builder : builders)
-    {
-      builder.rules().maxRange_m = farthest_m;
-      rules_.push_back(builder.rules());
-      shown_.emplace_back(rules_.back().resolution_m);
-    }
-  }
+  double farthest_m = options.maxRange_m;
+  if (!(farthest_m > 0))
+    for (const Builder& builder : builders) farthest_m = std::max(farthest_m, builder.rules.maxRange_m);
+  for (Builder& builder : builders) builder.rules.maxRange_m = farthest_m;
+}
 
-  /// @return whether the scan is one to be kept from the maps
-  bool take(const ScanItem& item)
-  {
-    const auto scan = scanOf(item);
-    if (!scan || !choice_.isHeldOut(item)) return false;
-    for (size_t i = 0; i < rules_.size(); ++i) shown_[i].add(labelCells(*scan, rules_[i]));
-    return true;
-  }
-
-  void scoreInto(ComparedMap& map, size_t number, const std::vector<double>& thresholds) const
-  {
-    if (shown_[number].empty())
-      throw std::runtime_error("the scans that were held out show neither hits nor free space");
-    MapScores scores;
-    scores.name = map.name;
-    scores.className = map.cells->className();
-    scores.resolution_m = map.cells->resolution();
-    PredictionTally tally;
-    shown_[number].ask(*map.cells, tally);
-    tally.scoreInto(scores, thresholds);
-    map.scores = std::move(scores);
-  }
-
-  [[nodiscard]] const HeldOutChoice& choice() const { return choice_; }
-  [[nodiscard]] bool sameCells() const
-  {
-    return std::all_of(
-        rules_.begin(), rules_.end(),
-        [&](const LabelRules& rules)
-        { return rules.resolution_m == rules_.front().resolution_m && rules.layer == rules_.front().layer; });
-  }
-
- private:
-  HeldOutChoice choice_;
-  std::vector<LabelRules> rules_;
-  std::vector<HeldOutCells> shown_;
-};
+bool haveSameCells(const std::vector<Builder>& builders)
+{
+  const LabelRules& first = builders.front().rules;
+  return std::all_of(
+      builders.begin(), builders.end(),
+      [&](const Builder& builder)
+      { return builder.rules.resolution_m == first.resolution_m && builder.rules.layer == first.layer; });
+}
 
 /// @throws UsageError unless the path is empty or ends so; std::runtime_error if nothing can be written there
 void requireOutput(const std::string& path, const std::vector<std::string>& extensions,
                    const std::string& why)
 {
   if (path.empty()) return;
-  if (std::find(extensions.begin(), extensions.end(), std::filesystem::path(path).extension()) ==
-      extensions.end())
+  if (std::find(extensions.begin(), extensions.end(), extensionOf(path)) == extensions.end())
     throw UsageError(path + ": " + why);
   const AtomicFile placeIsWritable(path);
 }
@@ -216,10 +173,7 @@ void requireLegalOptions(const CompareOptions& options)
 {
   if (!options.truthPath.empty() && options.heldOutEvery > 0)
     throw UsageError("--truth and --held-out: maps are scored by one of them");
-  if (options.heldOutEvery == 1)
-    throw UsageError("--held-out 1: must be a whole number >= 2; with 10 every tenth scan is scored");
-  if (!(options.maxRange_m >= 0) || !std::isfinite(options.maxRange_m))
-    throw UsageError("--max-range: must be a length > 0, in m");
+  requireLegalScoring(options.heldOutEvery == 0 ? 2 : options.heldOutEvery, options.maxRange_m);
   if (options.maxRange_m > 0 && options.heldOutEvery == 0)
     throw UsageError("--max-range: is for --held-out only; how far maps insert is their own option");
   requireOutput(options.pagePath, {".html"}, "the page is written as .html");
@@ -242,82 +196,33 @@ std::vector<Builder> buildersFor(const CompareOptions& options)
 }
 
 /// @throws std::runtime_error if one of the maps has nothing to be compared by
-void requireScans(const std::vector<Builder>& builders, const HeldOutScores* heldOut)
+void requireScans(const std::vector<Builder>& builders, const std::optional<HeldOutChoice>& choice)
 {
   for (const Builder& builder : builders)
-    if (builder.tally().usedCount() == 0)
-      throw std::runtime_error(builder.built().name + ": not one scan that the map takes" +
-                               reasonsOf(builder.tally()));
-  if (heldOut != nullptr && heldOut->choice().heldOut() == 0)
-    throw std::runtime_error("only " + std::to_string(heldOut->choice().mostScans()) +
+    if (builder.inserter->tally().usedCount() == 0)
+      throw std::runtime_error(builder.name + ": not one scan that the map takes" +
+                               reasonsOf(builder.inserter->tally()));
+  if (choice && choice->heldOut() == 0)
+    throw std::runtime_error("only " + std::to_string(choice->mostScans()) +
                              " usable scans of a sensor: none would be held out");
 }
 
-void scoreAll(Comparison& comparison, const CompareOptions& options, const Truth* truth,
-              const HeldOutScores* heldOut)
+void scoreAll(Comparison& comparison, const CompareOptions& options, const std::optional<Truth>& truth,
+              const std::optional<HeldOutChoice>& choice, std::vector<Builder>& builders)
 {
-  if (truth != nullptr)
+  if (truth)
   {
     comparison.scoredBy = mrpt::format("%zu cells of %s", truth->cells.size(), truth->name.c_str());
     for (ComparedMap& map : comparison.maps)
-    {
-      const OpenedMap opened{map.map, cellsOf(map.map)};
-      map.scores = scoreMap(opened, map.name, *truth, options.thresholds);
-    }
+      map.scores = scoreMap({map.map, cellsOf(map.map), {}}, map.name, *truth, options.thresholds);
   }
-  if (heldOut == nullptr) return;
-  comparison.scoredBy = mrpt::format("the cells that %zu scans held out show", heldOut->choice().heldOut());
-  for (size_t i = 0; i < comparison.maps.size(); ++i)
-    heldOut->scoreInto(comparison.maps[i], i, options.thresholds);
-  if (!heldOut->sameCells())
+  if (!choice) return;
+  comparison.scoredBy = mrpt::format("the cells that %zu scans held out show", choice->heldOut());
+  for (size_t i = 0; i < builders.size(); ++i)
+    comparison.maps[i].scores = builders[i].heldOutScores(options.thresholds);
+  if (!haveSameCells(builders))
     comparison.notes.emplace_back(
         "the maps have cells of different sizes or layers: each is scored over its own");
-}
-
-/// For programs: a number a field, with all its digits; nothing where there is none.
-std::string fieldOf(const std::optional<double>& number)
-{
-  return number ? shortest(*number) : "";
-}
-
-std::string comparisonCsv(const Comparison& comparison)
-{
-  const bool scored = !comparison.scoredBy.empty();
-  TextTable table;
-  std::vector<std::string> head{"map"};
-  if (scored)
-  {
-    head.insert(head.end(), {"auc", "average_precision", "log_loss", "brier", "observed_calibration_error",
-                             "observed_share"});
-    for (const ThresholdScore& score : comparison.maps.front().scores->all.thresholds)
-      for (const char* what : {"precision", "recall"})
-        head.push_back(mrpt::format("%s_at_%g", what, score.threshold));
-  }
-  head.insert(head.end(), {"scans", "ms_per_scan", "memory_bytes"});
-  table.add(head);
-  for (const ComparedMap& map : comparison.maps)
-  {
-    std::vector<std::string> row{map.name};
-    if (scored)
-    {
-      const Scores& all = map.scores->all;
-      for (const std::optional<double>& number :
-           {all.areaUnderRoc, all.averagePrecision, all.logLoss, all.brier,
-            map.scores->observed.calibrationError, std::optional(map.scores->observedShare())})
-        row.push_back(fieldOf(number));
-      for (const ThresholdScore& score : all.thresholds)
-        row.insert(row.end(), {fieldOf(score.atLeast.precision), fieldOf(score.atLeast.recall)});
-    }
-    row.insert(row.end(), {std::to_string(map.scans.usedCount()), shortest(1e3 * map.insertionOfOne_s()),
-                           map.memoryBytes ? std::to_string(*map.memoryBytes) : ""});
-    table.add(row);
-  }
-  return csvOf(table);
-}
-
-std::string memoryText(const std::optional<uint64_t>& bytes)
-{
-  return bytes ? mrpt::format("%.3f", static_cast<double>(*bytes) / (1024.0 * 1024.0)) : "-";
 }
 }  // namespace
 
@@ -327,27 +232,36 @@ Comparison compareMaps(const CompareOptions& options, const ProgressSink& progre
   std::vector<Builder> builders = buildersFor(options);
   std::optional<Truth> truth;
   if (!options.truthPath.empty()) truth = readTruth(options.truthPath);
-  std::optional<HeldOutScores> heldOut;
-  if (options.heldOutEvery > 0) heldOut.emplace(options, builders);
+  std::optional<HeldOutChoice> choice;
+  if (options.heldOutEvery > 0)
+  {
+    choice.emplace(options.heldOutEvery);
+    scoreEquallyFar(options, builders);
+  }
   const auto sources = openInputs(options.inputs);
 
   Comparison comparison;
-  comparison.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
-                                   [&](const ScanItem& item)
-                                   {
-                                     if (heldOut && heldOut->take(item)) return;
-                                     for (Builder& builder : builders) builder.insert(item);
-                                   });
+  const auto take = [&](const ScanItem& item)
+  {
+    const auto scan = choice ? scanOf(item) : std::nullopt;
+    const bool heldOut = scan && choice->isHeldOut(item);
+    for (Builder& builder : builders)
+      if (heldOut)
+        builder.shown.add(labelCells(*scan, builder.rules));
+      else
+        builder.insert(item);
+  };
+  comparison.stopped = !visitScans(sources, options.inputs.shouldStop, progress, take);
   comparison.inputs = reportsOf(sources);
   if (comparison.stopped) return comparison;
-  requireScans(builders, heldOut ? &*heldOut : nullptr);
+  requireScans(builders, choice);
   for (Builder& builder : builders) comparison.maps.push_back(builder.finish());
-  scoreAll(comparison, options, truth ? &*truth : nullptr, heldOut ? &*heldOut : nullptr);
+  scoreAll(comparison, options, truth, choice, builders);
   if (!options.tablePath.empty())
   {
-    const bool markdown = std::filesystem::path(options.tablePath).extension() == ".md";
-    writeFileAtomically(options.tablePath,
-                        markdown ? markdownOf(comparisonTable(comparison)) : comparisonCsv(comparison));
+    const bool markdown = extensionOf(options.tablePath) == ".md";
+    const TextTable table = comparisonTable(comparison, markdown ? ForWhom::People : ForWhom::Programs);
+    writeFileAtomically(options.tablePath, markdown ? markdownOf(table) : csvOf(table));
   }
   if (!options.pagePath.empty())
   {
@@ -357,35 +271,54 @@ Comparison compareMaps(const CompareOptions& options, const ProgressSink& progre
   return comparison;
 }
 
-TextTable comparisonTable(const Comparison& comparison)
+TextTable comparisonTable(const Comparison& comparison, ForWhom forWhom)
 {
+  using Row = std::vector<std::string>;
+  const bool people = forWhom == ForWhom::People;
   const bool scored = !comparison.scoredBy.empty();
+  const auto append = [](Row& row, const Row& more) { row.insert(row.end(), more.begin(), more.end()); };
+  const auto number = [&](const std::optional<double>& score) -> std::string
+  {
+    if (people) return numberText(score);
+    return score ? shortest(*score) : "";
+  };
+
   TextTable table;
-  std::vector<std::string> head{"map"};
+  Row head{"map"};
   if (scored)
   {
-    head.insert(head.end(),
-                {"AUC", "avg. precision", "log loss", "Brier", "calibration error (observed)", "observed"});
+    append(head, people ? Row{"AUC", "avg. precision", "log loss", "Brier", "calibration error (observed)",
+                              "observed"}
+                        : Row{"auc", "average_precision", "log_loss", "brier", "observed_calibration_error",
+                              "observed_share"});
     for (const ThresholdScore& score : comparison.maps.front().scores->all.thresholds)
-      head.push_back(mrpt::format("P / R, p >= %g", score.threshold));
+      append(head, people ? Row{mrpt::format("P / R, p >= %g", score.threshold)}
+                          : Row{mrpt::format("precision_at_%g", score.threshold),
+                                mrpt::format("recall_at_%g", score.threshold)});
   }
-  head.insert(head.end(), {"scans", "ms per scan", "MiB"});
+  append(head, people ? Row{"scans", "ms per scan", "MiB"} : Row{"scans", "ms_per_scan", "memory_bytes"});
   table.add(head);
   for (const ComparedMap& map : comparison.maps)
   {
-    std::vector<std::string> row{map.name};
+    Row row{map.name};
     if (scored)
     {
       const Scores& all = map.scores->all;
-      row.insert(row.end(),
-                 {numberText(all.areaUnderRoc), numberText(all.averagePrecision), numberText(all.logLoss),
-                  numberText(all.brier), numberText(map.scores->observed.calibrationError),
-                  mrpt::format("%.1f %%", 100 * map.scores->observedShare())});
-      for (const ThresholdScore& score : all.thresholds)
-        row.push_back(numberText(score.atLeast.precision) + " / " + numberText(score.atLeast.recall));
+      const double share = map.scores->observedShare();
+      append(row, {number(all.areaUnderRoc), number(all.averagePrecision), number(all.logLoss),
+                   number(all.brier), number(map.scores->observed.calibrationError),
+                   people ? mrpt::format("%.1f %%", 100 * share) : shortest(share)});
+      for (const auto& [threshold, above, atLeast] : all.thresholds)
+        append(row, people ? Row{number(atLeast.precision) + " / " + number(atLeast.recall)}
+                           : Row{number(atLeast.precision), number(atLeast.recall)});
     }
-    row.insert(row.end(), {std::to_string(map.scans.usedCount()),
-                           mrpt::format("%.2f", 1e3 * map.insertionOfOne_s()), memoryText(map.memoryBytes)});
+    const double scan_ms = 1e3 * map.insertionOfOne_s();
+    const std::string none = people ? "-" : "";
+    append(row,
+           {std::to_string(map.scans.usedCount()), people ? mrpt::format("%.2f", scan_ms) : shortest(scan_ms),
+            !map.memoryBytes ? none
+            : people         ? mrpt::format("%.3f", static_cast<double>(*map.memoryBytes) / (1024.0 * 1024.0))
+                             : std::to_string(*map.memoryBytes)});
     table.add(row);
   }
   return table;
@@ -399,11 +332,10 @@ void printComparison(const Comparison& comparison, std::ostream& out)
                " (one that a map has not observed counts as %g; the calibration error is over those "
                "it has observed)\n",
                kUnobservedProb);
-  comparisonTable(comparison).print(out);
+  comparisonTable(comparison, ForWhom::People).print(out);
   for (const ComparedMap& map : comparison.maps)
   {
-    for (const auto& [what, count] : map.scans.leftOut)
-      out << "  " << map.name << ": left out: " << count << " " << what.first << ": " << what.second << "\n";
+    printLeftOut(map.scans, out, map.name + ": ");
     if (!map.scores) continue;
     for (const std::string& note : map.scores->notes) out << "  " << map.name << ": " << note << "\n";
   }
@@ -411,23 +343,23 @@ void printComparison(const Comparison& comparison, std::ostream& out)
   if (!comparison.pagePath.empty()) out << "pictures: " << comparison.pagePath << "\n";
 }
 
-nlohmann::ordered_json comparisonJson(const Comparison& comparison)
+Json comparisonJson(const Comparison& comparison)
 {
-  nlohmann::ordered_json json;
+  Json json;
   json["scoredBy"] = comparison.scoredBy;
   json["scoring"] = scoringJson();
   json["notes"] = comparison.notes;
   json["page"] = comparison.pagePath;
-  json["maps"] = nlohmann::ordered_json::array();
+  json["maps"] = Json::array();
   for (const ComparedMap& map : comparison.maps)
   {
-    nlohmann::ordered_json one{{"map", map.name},
-                               {"class", map.map->GetRuntimeClass()->className},
-                               {"scans", map.scans.usedCount()},
-                               {"insertionSeconds", map.insertion_s},
-                               {"millisecondsAScan", 1e3 * map.insertionOfOne_s()}};
-    one["memoryBytes"] = map.memoryBytes ? nlohmann::ordered_json(*map.memoryBytes) : nullptr;
-    one["scores"] = map.scores ? scoresJson(*map.scores) : nlohmann::ordered_json(nullptr);
+    Json one{{"map", map.name},
+             {"class", map.map->GetRuntimeClass()->className},
+             {"scans", map.scans.usedCount()},
+             {"insertionSeconds", map.insertion_s},
+             {"millisecondsAScan", 1e3 * map.insertionOfOne_s()}};
+    one["memoryBytes"] = jsonOf(map.memoryBytes);
+    one["scores"] = map.scores ? scoresJson(*map.scores) : Json();
     json["maps"].push_back(one);
   }
   return json;

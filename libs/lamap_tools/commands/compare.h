@@ -1,9 +1,9 @@
 #pragma once
 
-#include <lamap_tools/commands/held_out.h>
-#include <lamap_tools/commands/map_build.h>
 #include <lamap_tools/config/map_setup.h>
-#include <lamap_tools/inputs/scan_source.h>
+#include <lamap_tools/inputs/scan_inserter.h>
+#include <lamap_tools/inputs/scan_loop.h>
+#include <lamap_tools/report/json.h>
 #include <lamap_tools/scores/map_scores.h>
 #include <mrpt/maps/CMetricMap.h>
 
@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <iosfwd>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -80,6 +79,6 @@ struct Comparison
 
 /// The maps in one table: quality over all cells, time for a scan, memory.
 void printComparison(const Comparison& comparison, std::ostream& out);
-[[nodiscard]] nlohmann::ordered_json comparisonJson(const Comparison& comparison);
+[[nodiscard]] Json comparisonJson(const Comparison& comparison);
 
 }  // namespace lamap::tools

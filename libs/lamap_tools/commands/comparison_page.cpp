@@ -10,8 +10,8 @@
 #include <fstream>
 #include <iterator>
 
+#include <lamap_tools/cells/truth_cells.h>
 #include <lamap_tools/pictures/occupied_frame.h>
-#include <lamap_tools/scores/truth_cells.h>
 
 namespace lamap::tools
 {
@@ -42,10 +42,9 @@ std::optional<mrpt::math::TBoundingBox> commonBox(const std::vector<Exhibit>& ex
   {
     const auto frame = occupiedFrame(*exhibit.cells, [](const CellIndex&) { return true; });
     if (!frame) continue;
-    const double r = exhibit.cells->resolution();
-    const auto& [a, b] = *frame;
-    const mrpt::math::TBoundingBox own({a.x * r, a.y * r, a.z * r},
-                                       {(b.x + 1.0) * r, (b.y + 1.0) * r, (b.z + 1.0) * r});
+    const Eigen::AlignedBox3d box_m = frame->box_m(exhibit.cells->resolution());
+    const auto corner = [](const Eigen::Vector3d& p) { return mrpt::math::TPoint3D(p.x(), p.y(), p.z()); };
+    const mrpt::math::TBoundingBox own(corner(box_m.min()), corner(box_m.max()));
     box = box ? box->unionWith(own) : own;
   }
   return box;
@@ -125,7 +124,7 @@ void writeComparisonPage(const Comparison& comparison, const Truth* truth, const
         mrpt::format(". A cell that a map has not observed counts as %g; the calibration error is over "
                      "those it has observed.</p>\n",
                      kUnobservedProb));
-  page.append(htmlTable(comparisonTable(comparison)));
+  page.append(htmlTable(comparisonTable(comparison, ForWhom::People)));
   for (const std::string& note : comparison.notes) page.append("<p>" + htmlText(note) + "</p>\n");
   RenderOptions options;
   options.width = kPictureWidth;

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <lamap_tools/commands/map_build.h>
 #include <lamap_tools/config/map_setup.h>
-#include <lamap_tools/inputs/scan_source.h>
+#include <lamap_tools/inputs/scan_inserter.h>
+#include <lamap_tools/inputs/scan_loop.h>
 #include <lamap_tools/scores/map_scores.h>
 
-#include <optional>
 #include <vector>
 
 namespace lamap::tools
@@ -44,12 +43,5 @@ struct HeldOutReport
  * than N scans, or none that the map takes. */
 [[nodiscard]] HeldOutReport scoreHeldOut(const HeldOutOptions& options,
                                          const ProgressSink& progress = nullptr);
-
-/** The rays of an item in the map frame; nothing where it has none that can be read, whatever the reason
- * (the inserter counts it). */
-[[nodiscard]] std::optional<Scan> scanOf(const ScanItem& item);
-
-/** How far the map's own insertion options let its rays reach [m]; 0: they say nothing. */
-[[nodiscard]] double maxRangeOf(const mrpt::maps::CMetricMap& map);
 
 }  // namespace lamap::tools

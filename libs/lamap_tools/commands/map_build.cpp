@@ -4,8 +4,8 @@
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/cells/octomap_file.h>
 #include <lamap_tools/commands/map_build.h>
+#include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/usage_error.h>
-#include <mrpt/config/CConfigFile.h>
 #include <mrpt/core/format.h>
 #include <mrpt/maps/COctoMap.h>
 
@@ -19,11 +19,6 @@ using mrpt::maps::CMetricMap;
 
 namespace
 {
-bool endsWith(const std::string& text, const std::string& ending)
-{
-  return text.size() > ending.size() && text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
-}
-
 bool isOctree(const std::string& path)
 {
   return endsWith(path, ".ot");
@@ -33,26 +28,6 @@ void requireOutputName(const std::string& path)
 {
   if (endsWith(path, ".lamap.gz") || isOctree(path)) return;
   throw UsageError("-o " + path + ": the name must end in .lamap.gz, or with -m octoMap in .ot");
-}
-
-/// Settings of a configuration file for a map that exists already.
-std::vector<Setting> settingsIn(const std::string& configPath, const std::string& mapName)
-{
-  const mrpt::config::CConfigFile config(configPath);
-  const std::string prefix = "map_" + mapName + "_00_";
-  std::vector<Setting> settings;
-  std::vector<std::string> sections;
-  config.getAllSections(sections);
-  for (const std::string& section : sections)
-  {
-    if (section.compare(0, prefix.size(), prefix) != 0) continue;
-    std::vector<std::string> keys;
-    config.getAllKeys(section, keys);
-    for (const std::string& key : keys)
-      settings.push_back(
-          {section.substr(prefix.size()), key, withoutComment(config.read_string(section, key, ""))});
-  }
-  return settings;
 }
 
 std::string valueOf(const CLearnedMap& map, const Setting& setting)
@@ -155,41 +130,6 @@ std::string reasonsOf(const BuildReport& report)
 }
 }  // namespace
 
-bool visitScans(const std::vector<std::unique_ptr<ScanSource>>& sources,
-                const std::function<bool()>& shouldStop, const ProgressSink& report,
-                const std::function<void(const ScanItem&)>& visitor)
-{
-  BuildProgress progress;
-  for (const auto& source : sources) progress.expected += source->expectedItems();
-  for (const auto& source : sources)
-  {
-    progress.input = source->path();
-    while (!shouldStop())
-    {
-      const auto item = source->next();
-      if (!item) break;
-      visitor(*item);
-      ++progress.done;
-      if (report) report(progress);
-    }
-    if (shouldStop()) return false;
-  }
-  return true;
-}
-
-bool damaged(const std::vector<InputReport>& inputs)
-{
-  return std::any_of(inputs.begin(), inputs.end(),
-                     [](const InputReport& input) { return !input.damages.empty(); });
-}
-
-std::vector<InputReport> reportsOf(const std::vector<std::unique_ptr<ScanSource>>& sources)
-{
-  std::vector<InputReport> reports;
-  for (const auto& source : sources) reports.push_back({source->path(), source->notes(), source->damages()});
-  return reports;
-}
-
 BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
 {
   requireOutputName(options.outPath);
@@ -232,8 +172,7 @@ void printReport(const BuildReport& report, std::ostream& out)
   if (report.seconds > 0) out << mrpt::format(" (%.1f a second)", static_cast<double>(used) / report.seconds);
   out << "\n";
   for (const auto& [kind, count] : report.scans.used) out << "  used: " << count << " " << kind << "\n";
-  for (const auto& [what, count] : report.scans.leftOut)
-    out << "  left out: " << count << " " << what.first << ": " << what.second << "\n";
+  printLeftOut(report.scans, out);
   for (const InputReport& input : report.inputs)
   {
     for (const std::string& note : input.notes) out << "  " << input.path << ": " << note << "\n";
@@ -247,9 +186,9 @@ void printReport(const BuildReport& report, std::ostream& out)
     out << "nothing is saved\n";
 }
 
-nlohmann::ordered_json reportJson(const BuildReport& report)
+Json reportJson(const BuildReport& report)
 {
-  nlohmann::ordered_json json;
+  Json json;
   json["map"] = report.mapClass;
   json["output"] = report.outPath;
   json["saved"] = report.saved;
@@ -258,10 +197,10 @@ nlohmann::ordered_json reportJson(const BuildReport& report)
   json["seconds"] = report.seconds;
   json["used"] = report.scans.used;
   json["notes"] = report.notes;
-  json["left_out"] = nlohmann::ordered_json::array();
+  json["left_out"] = Json::array();
   for (const auto& [what, count] : report.scans.leftOut)
     json["left_out"].push_back({{"kind", what.first}, {"reason", what.second}, {"count", count}});
-  json["inputs"] = nlohmann::ordered_json::array();
+  json["inputs"] = Json::array();
   for (const InputReport& input : report.inputs)
     json["inputs"].push_back({{"path", input.path}, {"notes", input.notes}, {"damages", input.damages}});
   return json;

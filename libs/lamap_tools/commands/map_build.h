@@ -2,11 +2,9 @@
 
 #include <lamap_tools/config/map_setup.h>
 #include <lamap_tools/inputs/scan_inserter.h>
-#include <lamap_tools/inputs/scan_source.h>
+#include <lamap_tools/inputs/scan_loop.h>
+#include <lamap_tools/report/json.h>
 
-#include <functional>
-#include <memory>
-#include <nlohmann/json.hpp>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -24,31 +22,6 @@ struct BuildOptions
   /// 0: as many as the machine has. Never changes the map.
   unsigned threads = 0;
 };
-
-struct BuildProgress
-{
-  size_t done = 0;
-  size_t expected = 0;
-  std::string input;  ///< path of the one that is being read
-};
-using ProgressSink = std::function<void(const BuildProgress&)>;
-
-/** Calls the visitor for every item of the inputs in their order, and the sink after each.
- * @return whether it came to the end before it was asked to stop */
-bool visitScans(const std::vector<std::unique_ptr<ScanSource>>& sources,
-                const std::function<bool()>& shouldStop, const ProgressSink& report,
-                const std::function<void(const ScanItem&)>& visitor);
-
-struct InputReport
-{
-  std::string path;
-  std::vector<std::string> notes;
-  std::vector<std::string> damages;  ///< what could not be read
-};
-
-/// Whether any of them could not be read whole.
-[[nodiscard]] bool damaged(const std::vector<InputReport>& inputs);
-[[nodiscard]] std::vector<InputReport> reportsOf(const std::vector<std::unique_ptr<ScanSource>>& sources);
 
 struct BuildReport
 {
@@ -73,6 +46,6 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress =
 
 /// The report for people: what was used, what was left out and why, what could not be read.
 void printReport(const BuildReport& report, std::ostream& out);
-[[nodiscard]] nlohmann::ordered_json reportJson(const BuildReport& report);
+[[nodiscard]] Json reportJson(const BuildReport& report);
 
 }  // namespace lamap::tools

@@ -1,11 +1,11 @@
 #include <lamap_tools/cells/octomap_file.h>
 #include <lamap_tools/commands/map_info.h>
 #include <lamap_tools/files/file_output.h>
-#include <mrpt/io/CFileGZInputStream.h>
+#include <lamap_tools/files/text_fields.h>
+#include <mrpt/core/format.h>
 #include <mrpt/maps/CPointsMap.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
@@ -32,22 +32,6 @@ CellSummary summarizeCells(const CellMap& map)
   return summary;
 }
 
-namespace
-{
-/** The version that a class gave its object in a file: MRPT's archives begin with the length of the class's
- * name (with the highest bit set), the name, and this number. */
-std::optional<int> formatVersion(const std::string& path)
-{
-  mrpt::io::CFileGZInputStream file;
-  if (!file.open(path)) return std::nullopt;
-  std::array<uint8_t, 129> start{};  // a length has seven bits
-  const size_t count = file.Read(start.data(), start.size());
-  const size_t at = 1 + (start[0] & 0x7FU);
-  if (at >= count) return std::nullopt;
-  return static_cast<int>(static_cast<int8_t>(start[at]));
-}
-}  // namespace
-
 MapInfo readMapInfo(const std::string& path)
 {
   const OpenedMap opened = openMap(path);
@@ -58,7 +42,7 @@ MapInfo readMapInfo(const std::string& path)
   if (opened.cells) info.cells = summarizeCells(*opened.cells);
   if (!opened.map) return info;
 
-  info.formatVersion = formatVersion(path);
+  info.formatVersion = opened.formatVersion;
   if (const auto* learned = dynamic_cast<const CLearnedMap*>(opened.map.get()))
   {
     info.alias = learned->alias();
@@ -74,20 +58,6 @@ MapInfo readMapInfo(const std::string& path)
 
 namespace
 {
-struct Axes
-{
-  std::array<double, 3> min_m;
-  std::array<double, 3> max_m;
-};
-
-Axes limits(const CellSummary& cells)
-{
-  const double r = cells.resolution_m;
-  const CellIndex& a = cells.extent->first;
-  const CellIndex& b = cells.extent->last;
-  return {{a.x * r, a.y * r, a.z * r}, {(b.x + 1.0) * r, (b.y + 1.0) * r, (b.z + 1.0) * r}};
-}
-
 void printLine(std::ostream& out, const std::string& name, const std::string& text,
                const std::string& unit = "")
 {
@@ -99,17 +69,13 @@ void printLine(std::ostream& out, const std::string& name, const std::string& te
 /// Ten digits are more than any sensor gives, and hide what doubles do to 0.1.
 std::string metres(double length_m)
 {
-  std::ostringstream text;
-  text << std::setprecision(10) << length_m;
-  return text.str();
+  return mrpt::format("%.10g", length_m);
 }
 
 std::string percent(uint64_t part, uint64_t whole)
 {
-  std::ostringstream text;
-  text << part << " (" << std::fixed << std::setprecision(1)
-       << (whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole)) << " %)";
-  return text.str();
+  const double share = whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+  return std::to_string(part) + mrpt::format(" (%.1f %%)", 100 * share);
 }
 
 void printCells(const CellSummary& cells, std::ostream& out)
@@ -120,11 +86,10 @@ void printCells(const CellSummary& cells, std::ostream& out)
   printLine(out, "  occupied", percent(cells.occupied, cells.observed()));
   printLine(out, "  free", percent(cells.free, cells.observed()));
   printLine(out, "  unknown", percent(cells.unknown, cells.observed()));
-  const Axes axes = limits(cells);
-  for (size_t i = 0; i < 3; ++i)
+  const Eigen::AlignedBox3d box_m = cells.extent->box_m(cells.resolution_m);
+  for (int i = 0; i < 3; ++i)
     printLine(out, std::string("extent ") + "xyz"[i],
-              metres(axes.min_m[i]) + " .. " + metres(axes.max_m[i]) + " m, " +
-                  metres(axes.max_m[i] - axes.min_m[i]),
+              metres(box_m.min()[i]) + " .. " + metres(box_m.max()[i]) + " m, " + metres(box_m.sizes()[i]),
               "m");
   for (size_t i = 0; i < cells.evidenceNames.size(); ++i)
     printLine(out, "sum of " + cells.evidenceNames[i], shortest(cells.evidenceSums[i]));
@@ -138,28 +103,22 @@ bool isCellCount(const CLearnedMap::Fact& fact)
 }
 
 /// A text that is a number or a truth value becomes one.
-nlohmann::ordered_json typed(const std::string& text)
+Json typed(const std::string& text)
 {
   if (text == "true") return true;
   if (text == "false") return false;
-  const char* end = text.data() + text.size();
-  int64_t whole = 0;
-  if (const auto read = std::from_chars(text.data(), end, whole); read.ec == std::errc() && read.ptr == end)
-    return whole;
-  double number = 0;
-  if (const auto read = std::from_chars(text.data(), end, number);
-      read.ec == std::errc() && read.ptr == end && std::isfinite(number))
-    return number;
+  if (const auto whole = numberIn<int64_t>(text)) return *whole;
+  if (const auto number = numberIn<double>(text); number && std::isfinite(*number)) return *number;
   return text;
 }
 
-nlohmann::ordered_json cellsJson(const CellSummary& cells)
+Json cellsJson(const CellSummary& cells)
 {
-  nlohmann::ordered_json json{{"observed", cells.observed()},
-                              {"occupied", cells.occupied},
-                              {"free", cells.free},
-                              {"unknown", cells.unknown}};
-  json["evidence"] = nlohmann::ordered_json::object();
+  Json json{{"observed", cells.observed()},
+            {"occupied", cells.occupied},
+            {"free", cells.free},
+            {"unknown", cells.unknown}};
+  json["evidence"] = Json::object();
   for (size_t i = 0; i < cells.evidenceNames.size(); ++i)
     json["evidence"][cells.evidenceNames[i]] = cells.evidenceSums[i];
   return json;
@@ -182,9 +141,9 @@ void printMapInfo(const MapInfo& info, std::ostream& out)
               option.unit);
 }
 
-nlohmann::ordered_json mapInfoJson(const MapInfo& info)
+Json mapInfoJson(const MapInfo& info)
 {
-  nlohmann::ordered_json json{{"file", info.path}, {"fileBytes", info.fileBytes}, {"class", info.className}};
+  Json json{{"file", info.path}, {"fileBytes", info.fileBytes}, {"class", info.className}};
   if (!info.alias.empty()) json["alias"] = info.alias;
   if (info.formatVersion) json["formatVersion"] = *info.formatVersion;
   if (!info.description.empty()) json["description"] = info.description;
@@ -195,18 +154,19 @@ nlohmann::ordered_json mapInfoJson(const MapInfo& info)
     json["extent"] = nullptr;
     if (info.cells->extent)
     {
-      const Axes axes = limits(*info.cells);
-      json["extent"] = {{"min", axes.min_m}, {"max", axes.max_m}};
+      const Eigen::AlignedBox3d box_m = info.cells->extent->box_m(info.cells->resolution_m);
+      const auto corner = [](const Eigen::Vector3d& p) { return Json{p.x(), p.y(), p.z()}; };
+      json["extent"] = {{"min", corner(box_m.min())}, {"max", corner(box_m.max())}};
     }
   }
-  json["facts"] = nlohmann::ordered_json::object();
-  json["units"] = nlohmann::ordered_json::object();
+  json["facts"] = Json::object();
+  json["units"] = Json::object();
   for (const auto& fact : info.facts)
   {
     json["facts"][fact.name] = typed(fact.value);
     if (!fact.unit.empty()) json["units"][fact.name] = fact.unit;
   }
-  json["options"] = nlohmann::ordered_json::object();
+  json["options"] = Json::object();
   for (const auto& option : info.options) json["options"][option.section][option.key] = typed(option.text);
   return json;
 }

@@ -3,11 +3,11 @@
 #include <lamap_mrpt/options/option_group.h>
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/cells/cell_table.h>
+#include <lamap_tools/report/json.h>
 
 #include <array>
 #include <cstdint>
 #include <iosfwd>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -55,6 +55,6 @@ void printMapInfo(const MapInfo& info, std::ostream& out);
 
 /// For scripts: the same facts, numbers as numbers, lengths in metres. A fact's unit stands in "units" under
 /// its name.
-[[nodiscard]] nlohmann::ordered_json mapInfoJson(const MapInfo& info);
+[[nodiscard]] Json mapInfoJson(const MapInfo& info);
 
 }  // namespace lamap::tools

@@ -2,6 +2,7 @@
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_mrpt/observations/observation_rays.h>
 #include <lamap_tools/commands/thin_log.h>
+#include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/rawlog_file.h>
 #include <mrpt/io/CFileGZOutputStream.h>
@@ -71,12 +72,9 @@ CObservation::Ptr thinnedCloud(const CObservationPointCloud& cloud, size_t every
 /// ".simplemap" also for ".simplemap.gz".
 std::string kindOf(const std::string& path)
 {
-  std::filesystem::path name(path);
-  if (name.extension() == ".gz") name = name.stem();
-  const std::string extension = name.extension().string();
-  if (extension != ".rawlog" && extension != ".simplemap")
-    throw UsageError(path + ": expected a .rawlog, .simplemap or .simplemap.gz");
-  return extension;
+  for (const char* kind : {".rawlog", ".simplemap"})
+    if (endsWith(path, kind) || endsWith(path, kind + std::string(".gz"))) return kind;
+  throw UsageError(path + ": expected a .rawlog, .simplemap or .simplemap.gz");
 }
 
 /// Thins observations and counts them.
@@ -151,8 +149,15 @@ void thinSimpleMap(const ThinOptions& options, const ProgressSink& progress, Thi
 void thinRawlog(const ThinOptions& options, const ProgressSink& progress, Thinner& thin, ThinReport& report)
 {
   Output out(options.outPath);
-  const auto limit = RawlogFile::findLimit(options.inPath, options.shouldStop);
-  RawlogFile file(options.inPath, limit);
+  const auto readAll = [](RawlogFile& log)
+  {
+    while (log.next())
+    {
+    }
+    return std::vector<uint8_t>();
+  };
+  const auto trial = RawlogFile::tryReading(options.inPath, readAll, options.shouldStop);
+  RawlogFile file(options.inPath, trial.limit);
   size_t entries = 0;
   while (!(report.stopped = options.shouldStop()))
   {

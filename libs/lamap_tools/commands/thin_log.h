@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_tools/commands/map_build.h>
+#include <lamap_tools/report/progress_bar.h>
 #include <mrpt/obs/CObservation.h>
 
 #include <cstddef>

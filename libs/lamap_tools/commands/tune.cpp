@@ -1,28 +1,24 @@
 #include <lamap_core/training/scan_labels.h>
 #include <lamap_mrpt/files/atomic_file.h>
-#include <lamap_mrpt/learned_map/CLearnedMap.h>
-#include <lamap_mrpt/options/option_group.h>
+#include <lamap_tools/commands/scored_map.h>
 #include <lamap_tools/commands/tune.h>
+#include <lamap_tools/files/file_names.h>
+#include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/scan_inserter.h>
 #include <lamap_tools/scores/score_report.h>
-#include <mrpt/config/CConfigFile.h>
 #include <mrpt/core/format.h>
-#include <strings.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include <mrpt/system/string_utils.h>
+#include <tbb/parallel_for_each.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <cctype>
-#include <cmath>
-#include <filesystem>
 #include <mutex>
 #include <ostream>
 #include <set>
 #include <stdexcept>
 
-#include <lamap_tools/commands/held_out_cells.h>
+#include <lamap_tools/scores/held_out_cells.h>
 
 namespace lamap::tools
 {
@@ -35,22 +31,12 @@ std::vector<std::string> valuesOf(const std::string& text)
 {
   const Setting setting = parseSetting(text);
   std::vector<std::string> settings;
-  for (size_t begin = 0; begin <= setting.text.size();)
+  for (const std::string_view value : fieldsBetween(setting.text, ","))
   {
-    const size_t end = std::min(setting.text.find(',', begin), setting.text.size());
-    if (end == begin) throw UsageError("-s " + text + ": a value between commas is empty");
-    settings.push_back(setting.section + "." + setting.key + "=" + setting.text.substr(begin, end - begin));
-    begin = end + 1;
+    if (value.empty()) throw UsageError("-s " + text + ": a value between commas is empty");
+    settings.push_back(setting.section + "." + setting.key + "=" + std::string(value));
   }
-  if (setting.text.back() == ',') throw UsageError("-s " + text + ": a value between commas is empty");
   return settings;
-}
-
-std::string lowerCase(std::string text)
-{
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
 }
 
 /// What is fixed, and all combinations of what is searched.
@@ -68,7 +54,7 @@ SearchSpace searchSpaceOf(const std::vector<std::string>& settings)
   {
     const std::vector<std::string> values = valuesOf(text);
     const Setting setting = parseSetting(text);
-    if (!keys.insert(lowerCase(setting.section + "." + setting.key)).second)
+    if (!keys.insert(mrpt::system::lowerCase(setting.section + "." + setting.key)).second)
       throw UsageError("-s " + text + ": " + setting.section + "." + setting.key +
                        " is given twice; give all its values by commas");
     if (const std::set<std::string> different(values.begin(), values.end()); different.size() < values.size())
@@ -96,67 +82,34 @@ SearchSpace searchSpaceOf(const std::vector<std::string>& settings)
 }
 
 /// One map of the search. Used by one thread at a time.
-class Candidate
+class Candidate : public ScoredMap
 {
  public:
-  Candidate(const MapRequest& request, double maxRange_m)
+  Candidate(const MapDefinition& definition, double maxRange_m)
+      // The candidates are what is shared out among the threads.
+      : ScoredMap(definition.name, definition, 1, maxRange_m, "score")
   {
-    const MapDefinition definition = readMapDefinition(request);
-    name_ = definition.name;
-    map_ = createMap(definition);
-    // The candidates are what is shared out among the threads.
-    if (auto* learned = dynamic_cast<CLearnedMap*>(map_.get())) learned->setThreadCount(1);
-    cells_ = cellsOf(map_);
-    if (!cells_)
-      throw UsageError("-m " + name_ + ": a " + map_->GetRuntimeClass()->className +
-                       " has no cells to score");
-    rules_ = labelRulesFor(*map_, *cells_, maxRange_m);
-    inserter_ = std::make_unique<ScanInserter>(*map_);
   }
 
-  void insert(const ScanItem& item) { inserter_->insert(item); }
   void askAbout(const ScanLabels& labels)
   {
-    askAboutLabels(*cells_, labels, tally_);
-    if (tally_.size() > joinAt_)
-    {
-      tally_.join();
-      joinAt_ = std::max(kJoinAt, 2 * tally_.size());
-    }
+    askAboutLabels(*cells, labels, tally);
+    if (tally.size() <= joinAt_) return;
+    tally.join();
+    joinAt_ = std::max(kJoinAt, 2 * tally.size());
   }
-  void askAbout(const HeldOutCells& shown) { shown.ask(*cells_, tally_); }
-
-  [[nodiscard]] MapScores score()
-  {
-    MapScores scores;
-    scores.name = name_;
-    scores.className = cells_->className();
-    scores.resolution_m = cells_->resolution();
-    tally_.scoreInto(scores, {0.7});
-    return scores;
-  }
-
-  [[nodiscard]] const std::string& name() const { return name_; }
-  [[nodiscard]] const LabelRules& rules() const { return rules_; }
-  [[nodiscard]] const InsertionTally& inserted() const { return inserter_->tally(); }
 
  private:
-  std::string name_;
-  mrpt::maps::CMetricMap::Ptr map_;
-  std::unique_ptr<CellMap> cells_;
-  std::unique_ptr<ScanInserter> inserter_;
-  LabelRules rules_;
-  PredictionTally tally_;
   static constexpr size_t kJoinAt = 1U << 21U;
   size_t joinAt_ = kJoinAt;
 };
 
 void requireSameCells(const Candidate& first, const Candidate& other)
 {
-  if (first.rules().resolution_m != other.rules().resolution_m || first.rules().layer != other.rules().layer)
+  if (first.rules.resolution_m != other.rules.resolution_m || first.rules.layer != other.rules.layer)
     throw UsageError(
         "resolution and layer cannot be searched: scores over different cells cannot be compared");
-  if (first.rules().maxRange_m != other.rules().maxRange_m)
+  if (first.rules.maxRange_m != other.rules.maxRange_m)
     throw UsageError(
         "the search changes how far rays are inserted: say by --max-range how far they are scored");
 }
@@ -171,13 +124,11 @@ std::vector<std::unique_ptr<Candidate>> candidatesOf(const TuneOptions& options,
     request.settings.insert(request.settings.end(), combination.begin(), combination.end());
     try
     {
-      candidates.push_back(std::make_unique<Candidate>(request, options.maxRange_m));
+      candidates.push_back(std::make_unique<Candidate>(readMapDefinition(request), options.maxRange_m));
     }
     catch (const UsageError& error)
     {
-      std::string searched;
-      for (const std::string& setting : combination) searched += (searched.empty() ? "" : ", ") + setting;
-      throw UsageError(error.what() + (" (the combination " + searched + ")"));
+      throw UsageError(error.what() + (" (the combination " + joined(combination) + ")"));
     }
     requireSameCells(*candidates.front(), *candidates.back());
   }
@@ -200,7 +151,7 @@ class Search
         candidates_(std::move(candidates)),
         arena_(threadCount(options.threads)),
         choice_(options.every),
-        shown_(candidates_.front()->rules().resolution_m)
+        shown_(candidates_.front()->rules.resolution_m)
   {
   }
 
@@ -224,7 +175,8 @@ class Search
 
   void finish()
   {
-    if (!options_.prequential) forEach([&](Candidate& candidate) { candidate.askAbout(shown_); }, nullptr);
+    if (!options_.prequential)
+      forEach([&](Candidate& candidate) { shown_.ask(*candidate.cells, candidate.tally); }, nullptr);
   }
 
   [[nodiscard]] std::vector<std::unique_ptr<Candidate>>& candidates() { return candidates_; }
@@ -232,7 +184,7 @@ class Search
   [[nodiscard]] size_t mostScans() const { return choice_.mostScans() + scored_ * options_.prequential; }
 
  private:
-  const LabelRules& rules() const { return candidates_.front()->rules(); }
+  const LabelRules& rules() const { return candidates_.front()->rules; }
 
   /// Does something with every candidate and then gives it the item, if there is one.
   template <class Act>
@@ -246,17 +198,10 @@ class Search
       std::unique_lock<std::mutex> lock(copying);
       const ScanItem copy = ownCopyOf(*item);
       lock.unlock();
-      candidate.insert(copy);
+      candidate.inserter->insert(copy);
     };
-    arena_.execute(
-        [&]
-        {
-          tbb::parallel_for(tbb::blocked_range<size_t>(0, candidates_.size(), 1),
-                            [&](const tbb::blocked_range<size_t>& range)
-                            {
-                              for (size_t i = range.begin(); i < range.end(); ++i) one(*candidates_[i]);
-                            });
-        });
+    arena_.execute([&]
+                   { tbb::parallel_for_each(candidates_, [&](const auto& candidate) { one(*candidate); }); });
   }
 
   const TuneOptions& options_;
@@ -270,12 +215,9 @@ class Search
 
 void requireLegalOptions(const TuneOptions& options)
 {
-  if (options.every < 2)
-    throw UsageError("--held-out " + std::to_string(options.every) + ": must be a whole number >= 2");
-  if (!(options.maxRange_m >= 0) || !std::isfinite(options.maxRange_m))
-    throw UsageError("--max-range: must be a length > 0, in m");
+  requireLegalScoring(options.every, options.maxRange_m);
   if (options.outPath.empty()) return;
-  if (std::filesystem::path(options.outPath).extension() != ".ini")
+  if (extensionOf(options.outPath) != ".ini")
     throw UsageError("-o " + options.outPath + ": the settings are saved as .ini");
   const AtomicFile placeIsWritable(options.outPath);
 }
@@ -286,13 +228,7 @@ class IniSections
  public:
   void set(const std::string& section, const std::string& key, const std::string& text)
   {
-    auto& keys = keysOf(section);
-    const auto same = [&](const auto& entry) { return strcasecmp(entry.first.c_str(), key.c_str()) == 0; };
-    const auto found = std::find_if(keys.begin(), keys.end(), same);
-    if (found == keys.end())
-      keys.emplace_back(key, text);
-    else
-      found->second = text;
+    named(named(sections_, section), key) = text;
   }
 
   [[nodiscard]] std::string text() const
@@ -307,16 +243,18 @@ class IniSections
   }
 
  private:
-  using Keys = std::vector<std::pair<std::string, std::string>>;
+  template <class Content>
+  using Named = std::vector<std::pair<std::string, Content>>;
 
-  Keys& keysOf(const std::string& section)
+  template <class Content>
+  static Content& named(Named<Content>& all, const std::string& name)
   {
-    for (auto& [name, keys] : sections_)
-      if (strcasecmp(name.c_str(), section.c_str()) == 0) return keys;
-    return sections_.emplace_back(section, Keys()).second;
+    for (auto& [known, content] : all)
+      if (mrpt::system::strCmpI(known, name)) return content;
+    return all.emplace_back(name, Content()).second;
   }
 
-  std::vector<std::pair<std::string, Keys>> sections_;
+  Named<Named<std::string>> sections_;
 };
 
 /// What the configuration file says of the map, with the fixed and the best settings over it.
@@ -326,19 +264,8 @@ std::string bestConfig(const TuneOptions& options, const SearchSpace& space, con
   IniSections ini;
   ini.set("map", report.mapName + "_count", "1");
   if (!options.map.configPath.empty())
-  {
-    const mrpt::config::CConfigFile config(options.map.configPath);
-    std::vector<std::string> sections;
-    config.getAllSections(sections);
-    for (const std::string& section : sections)
-    {
-      if (strncasecmp(section.c_str(), prefix.c_str(), prefix.size()) != 0) continue;
-      std::vector<std::string> keys;
-      config.getAllKeys(section, keys);
-      for (const std::string& key : keys)
-        ini.set(section, key, withoutComment(config.read_string(section, key, "")));
-    }
-  }
+    for (const Setting& setting : settingsIn(options.map.configPath, report.mapName))
+      ini.set(prefix + setting.section, setting.key, setting.text);
   const TunedMap& best = report.maps.front();
   for (const auto* settings : {&space.fixed, &best.settings})
     for (const std::string& text : *settings)
@@ -362,14 +289,14 @@ TuneReport tuneMap(const TuneOptions& options, const ProgressSink& progress)
   const auto sources = openInputs(options.inputs);
 
   TuneReport report;
-  report.mapName = search.candidates().front()->name();
+  report.mapName = search.candidates().front()->name;
   report.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
                                [&](const ScanItem& item) { search.take(item); });
   report.scored = search.scored();
   report.inputs = reportsOf(sources);
   if (report.stopped) return report;
 
-  const InsertionTally& inserted = search.candidates().front()->inserted();
+  const InsertionTally& inserted = search.candidates().front()->inserter->tally();
   if (report.scored == 0)
     throw std::runtime_error(
         "too few scans: " + std::to_string(search.mostScans()) + " usable ones of a sensor, " +
@@ -378,7 +305,7 @@ TuneReport tuneMap(const TuneOptions& options, const ProgressSink& progress)
         reasonsOf(inserted));
   search.finish();
   for (size_t i = 0; i < space.combinations.size(); ++i)
-    report.maps.push_back({space.combinations[i], search.candidates()[i]->score()});
+    report.maps.push_back({space.combinations[i], search.candidates()[i]->scores({0.7})});
   if (report.maps.front().scores.all.cells() == 0)
     throw std::runtime_error("the scans that are scored show neither hits nor free space");
   if (inserted.usedCount() == 0)
@@ -406,22 +333,20 @@ void printTuning(const TuneReport& report, std::ostream& out)
     out << mrpt::format("  %8.4f  %6s  %.4f  %17.4f  %6.1f %%  ", *scores.logLoss,
                         scores.areaUnderRoc ? mrpt::format("%.4f", *scores.areaUnderRoc).c_str() : "-",
                         *scores.brier, *scores.calibrationError, 100 * map.scores.observedShare());
-    for (size_t i = 0; i < map.settings.size(); ++i) out << (i > 0 ? " " : "") << map.settings[i];
-    out << "\n";
+    out << joined(map.settings, " ") << "\n";
   }
-  for (const auto& [what, count] : report.scans.leftOut)
-    out << "  left out: " << count << " " << what.first << ": " << what.second << "\n";
+  printLeftOut(report.scans, out);
   if (!report.outPath.empty()) out << "the best settings are saved to " << report.outPath << "\n";
 }
 
-nlohmann::ordered_json tuningJson(const TuneReport& report)
+Json tuningJson(const TuneReport& report)
 {
-  nlohmann::ordered_json json;
+  Json json;
   json["map"] = report.mapName;
   json["scoredScans"] = report.scored;
   json["output"] = report.outPath;
   json["scoring"] = scoringJson();
-  json["candidates"] = nlohmann::ordered_json::array();
+  json["candidates"] = Json::array();
   for (const TunedMap& map : report.maps)
     json["candidates"].push_back({{"settings", map.settings}, {"scores", scoresJson(map.scores)}});
   return json;

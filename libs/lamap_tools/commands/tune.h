@@ -1,9 +1,12 @@
 #pragma once
 
-#include <lamap_tools/commands/held_out.h>
+#include <lamap_tools/config/map_setup.h>
+#include <lamap_tools/inputs/scan_inserter.h>
+#include <lamap_tools/inputs/scan_loop.h>
+#include <lamap_tools/report/json.h>
+#include <lamap_tools/scores/map_scores.h>
 
 #include <iosfwd>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -58,6 +61,6 @@ struct TuneReport
 
 /// The combinations with their scores, best first.
 void printTuning(const TuneReport& report, std::ostream& out);
-[[nodiscard]] nlohmann::ordered_json tuningJson(const TuneReport& report);
+[[nodiscard]] Json tuningJson(const TuneReport& report);
 
 }  // namespace lamap::tools

@@ -1,7 +1,6 @@
 #include <lamap_tools/config/ini_lines.h>
 
 #include <mrpt/system/string_utils.h>
-#include <strings.h>
 
 #include <fstream>
 #include <stdexcept>
@@ -15,16 +14,6 @@ bool isComment(const std::string& line)
   return line.front() == '#' || line.front() == ';' || line.compare(0, 2, "//") == 0;
 }
 }  // namespace
-
-bool sameName(const std::string& a, const std::string& b)
-{
-  return strcasecmp(a.c_str(), b.c_str()) == 0;
-}
-
-bool startsWith(const std::string& text, const std::string& beginning)
-{
-  return strncasecmp(text.c_str(), beginning.c_str(), beginning.size()) == 0;
-}
 
 void requireAssignments(const std::string& path,
                         const std::function<bool(const std::string& section)>& isAskedAbout)

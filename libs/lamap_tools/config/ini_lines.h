@@ -5,10 +5,6 @@
 
 namespace lamap::tools
 {
-/// Names of sections and keys as MRPT compares them: upper and lower case are the same.
-[[nodiscard]] bool sameName(const std::string& a, const std::string& b);
-[[nodiscard]] bool startsWith(const std::string& text, const std::string& beginning);
-
 /** Refuses lines of an .ini file that MRPT's reader would drop in silence: in the sections asked about, every
  * line that is neither empty, a comment nor a continued one must be "key = value".
  * @throws std::runtime_error naming the line's number, its text and its section */

@@ -4,11 +4,13 @@
 #include <lamap_tools/config/ini_lines.h>
 #include <lamap_tools/config/map_setup.h>
 #include <lamap_tools/config/recorded_config.h>
+#include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 #include <mrpt/config/CConfigFile.h>
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/maps/TMetricMapTypesRegistry.h>
 #include <mrpt/maps/registerAllClasses.h>
+#include <mrpt/system/string_utils.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -46,26 +48,26 @@ MapCounts countsIn(const CConfigFileBase& config)
   config.getAllKeys(kSection, keys);
   for (const std::string& key : keys)
   {
-    const auto known = std::find_if(countKeys.begin(), countKeys.end(),
-                                    [&](const std::string& other) { return sameName(key, other); });
+    const auto known =
+        std::find_if(countKeys.begin(), countKeys.end(),
+                     [&](const std::string& other) { return mrpt::system::strCmpI(key, other); });
     if (known == countKeys.end())
       throw std::runtime_error("[map] " + key + ": no map of this name; did you mean " +
                                nearestOf(key, countKeys) + "?");
     const std::string text = withoutComment(config.read_string(kSection, key, ""));
-    char* end = nullptr;
-    const long count = std::strtol(text.c_str(), &end, 10);
-    if (end == text.c_str() || *end != '\0' || count < 0)
+    const auto count = numberIn<long>(text);
+    if (!count || *count < 0)
       throw std::runtime_error("[map] " + key + " = " + text + ": must be a whole number, 0 or 1");
-    if (count > 0) counts[names[static_cast<size_t>(known - countKeys.begin())]] = count;
+    if (*count > 0) counts[names[static_cast<size_t>(known - countKeys.begin())]] = *count;
   }
   return counts;
 }
 
 std::string listOf(const MapCounts& counts)
 {
-  std::string list;
-  for (const auto& entry : counts) list += (list.empty() ? "" : ", ") + entry.first;
-  return list;
+  std::vector<std::string> names;
+  for (const auto& entry : counts) names.push_back(entry.first);
+  return joined(names);
 }
 
 /// The name of the map to build, as the file spells it. @param wanted  a registered name, or empty
@@ -102,16 +104,16 @@ void requireKnownSections(const CConfigFileBase& config, const MapCounts& counts
   config.getAllSections(sections);
   for (const std::string& section : sections)
   {
-    if (section.empty() || sameName(section, kSection)) continue;
+    if (section.empty() || mrpt::system::strCmpI(section, kSection)) continue;
     const auto belongsTo = [&](const std::string& map)
     {
       const std::string prefix = std::string(kSection) + "_" + map + "_";
-      return startsWith(section, prefix);
+      return mrpt::system::strStartsI(section, prefix);
     };
     // Those of the chosen map are looked at key by key elsewhere; only its number can be wrong here.
     const auto isOther = [&](const auto& entry) { return entry.first != name && belongsTo(entry.first); };
     const std::string chosen = std::string(kSection) + "_" + name + "_00_";
-    if (startsWith(section, chosen)) continue;
+    if (mrpt::system::strStartsI(section, chosen)) continue;
     if (std::any_of(counts.begin(), counts.end(), isOther)) continue;
     throw std::runtime_error("section [" + section + "] is not read; did you mean [" +
                              nearestOf(section, expected) + "]?");
@@ -155,6 +157,25 @@ Setting parseSetting(const std::string& setting)
   if (!wellFormed)
     throw UsageError("-s " + setting + ": expected section.key=value, e.g. insertOpts.maxRange=30");
   return {setting.substr(0, dot), setting.substr(dot + 1, equals - dot - 1), setting.substr(equals + 1)};
+}
+
+std::vector<Setting> settingsIn(const std::string& configPath, const std::string& mapName)
+{
+  const mrpt::config::CConfigFile config(configPath);
+  const std::string prefix = std::string(kSection) + "_" + mapName + "_00_";
+  std::vector<Setting> settings;
+  std::vector<std::string> sections;
+  config.getAllSections(sections);
+  for (const std::string& section : sections)
+  {
+    if (!mrpt::system::strStartsI(section, prefix)) continue;
+    std::vector<std::string> keys;
+    config.getAllKeys(section, keys);
+    for (const std::string& key : keys)
+      settings.push_back(
+          {section.substr(prefix.size()), key, withoutComment(config.read_string(section, key, ""))});
+  }
+  return settings;
 }
 
 std::vector<std::string> registeredMapNames()

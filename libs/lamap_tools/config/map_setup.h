@@ -30,6 +30,9 @@ struct Setting
 };
 [[nodiscard]] Setting parseSetting(const std::string& setting);
 
+/// What an .ini file says of its first map of a name, in the file's order.
+[[nodiscard]] std::vector<Setting> settingsIn(const std::string& configPath, const std::string& mapName);
+
 /** A name under which MRPT knows a map: the name itself, or the class name completed by its namespace.
  * @throws UsageError naming the nearest known name */
 [[nodiscard]] std::string resolveMapName(const std::string& name);

@@ -5,9 +5,10 @@
 #include <lamap_tools/config/map_setup.h>
 #include <lamap_tools/config/plugin_run.h>
 #include <lamap_tools/config/recorded_config.h>
-#include <link.h>
+#include <lamap_tools/files/text_fields.h>
 #include <mrpt/config/CConfigFile.h>
 #include <mrpt/core/format.h>
+#include <mrpt/system/string_utils.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -24,6 +25,9 @@ namespace lamap::tools
 {
 namespace
 {
+using mrpt::system::strCmpI;
+using mrpt::system::strStartsI;
+
 /// Names by which an .ini file may ask for one of our maps, the aliases first.
 std::vector<std::string> ourNames()
 {
@@ -41,7 +45,7 @@ bool isRegistered(const std::string& name)
 {
   const auto names = registeredMapNames();
   return std::any_of(names.begin(), names.end(),
-                     [&](const std::string& other) { return sameName(name, other); });
+                     [&](const std::string& other) { return strCmpI(name, other); });
 }
 
 /// Maps of ours that a section counts.
@@ -83,10 +87,10 @@ class StockConfigCheck
     for (const std::string& key : keys)
     {
       constexpr size_t kEnding = 6;  // of "_count"
-      if (key.size() <= kEnding || !sameName(key.substr(key.size() - kEnding), "_count")) continue;
+      if (key.size() <= kEnding || !strCmpI(key.substr(key.size() - kEnding), "_count")) continue;
       const std::string map = key.substr(0, key.size() - kEnding);
       const auto ours = std::find_if(ours_.begin(), ours_.end(),
-                                     [&](const std::string& name) { return sameName(name, map); });
+                                     [&](const std::string& name) { return strCmpI(name, map); });
       if (ours != ours_.end())
         addRequest(section, key, *ours);
       else if (!isRegistered(map))
@@ -97,13 +101,12 @@ class StockConfigCheck
   void addRequest(const std::string& section, const std::string& key, const std::string& map)
   {
     const std::string text = withoutComment(config_.read_string(section, key, ""));
-    char* end = nullptr;
-    const long count = std::strtol(text.c_str(), &end, 10);
-    constexpr long kMost = 99;  // two digits in the names of sections
-    if (end == text.c_str() || *end != '\0' || count < 0 || count > kMost)
+    const auto count = numberIn<unsigned>(text);
+    constexpr unsigned kMost = 99;  // two digits in the names of sections
+    if (!count || *count > kMost)
       throw std::runtime_error("[" + section + "] " + key + " = " + text +
                                ": must be a whole number from 0 to 99");
-    if (count > 0) requests_.push_back({section, map, static_cast<unsigned>(count)});
+    if (*count > 0) requests_.push_back({section, map, *count});
   }
 
   void refuseMistyped(const std::string& section, const std::string& key, const std::string& map) const
@@ -131,11 +134,11 @@ class StockConfigCheck
   /// A section that was meant for one of our maps, but has another number or a mistyped name.
   void checkName(const std::string& section) const
   {
-    const auto isRead = [&](const std::string& other) { return sameName(section, other); };
+    const auto isRead = [&](const std::string& other) { return strCmpI(section, other); };
     if (std::any_of(readSections_.begin(), readSections_.end(), isRead)) return;
     const std::string nearest = nearestOf(section, readSections_);
     const auto isOurs = [&](const Request& request)
-    { return startsWith(section, request.section + "_" + request.map + "_"); };
+    { return strStartsI(section, request.section + "_" + request.map + "_"); };
     const bool meantForOurs = std::any_of(requests_.begin(), requests_.end(), isOurs);
     if (meantForOurs || (isNobodysMap(section) && looksLikeMistyped(section, nearest)))
       throw std::runtime_error("section [" + section + "] is not read; did you mean [" + nearest + "]?");
@@ -146,10 +149,10 @@ class StockConfigCheck
   {
     for (const Request& request : requests_)
     {
-      if (sameName(section, request.section)) return false;
-      if (!startsWith(section, request.section + "_")) continue;
+      if (strCmpI(section, request.section)) return false;
+      if (!strStartsI(section, request.section + "_")) continue;
       for (const std::string& name : registeredMapNames())
-        if (startsWith(section, request.section + "_" + name + "_")) return false;
+        if (strStartsI(section, request.section + "_" + name + "_")) return false;
     }
     return true;
   }
@@ -210,17 +213,13 @@ std::string pluginPath()
       throw std::runtime_error(std::string("LAMAP_PLUGIN names ") + chosen + ", where there is no file");
     return std::filesystem::absolute(chosen);
   }
-  std::string path;
-  const auto takeOurs = [](dl_phdr_info* object, size_t, void* found) -> int
-  {
-    const std::string name = object->dlpi_name ? object->dlpi_name : "";
-    if (name.find("libmrpt-lamap.so") == std::string::npos) return 0;
-    *static_cast<std::string*>(found) = name;
-    return 1;
-  };
-  dl_iterate_phdr(takeOurs, &path);
-  if (path.empty()) throw std::runtime_error("libmrpt-lamap.so is not loaded: name it in LAMAP_PLUGIN");
-  return std::filesystem::canonical(path);
+  const std::filesystem::path program = std::filesystem::canonical("/proc/self/exe").parent_path();
+  for (const char* folder : {LAMAP_BIN_TO_LIB, "../lib"})
+    if (const auto library = program / folder / "libmrpt-lamap.so"; std::filesystem::is_regular_file(library))
+      return std::filesystem::canonical(library);
+  throw std::runtime_error("libmrpt-lamap.so is not in " +
+                           (program / LAMAP_BIN_TO_LIB).lexically_normal().string() +
+                           ": name it in LAMAP_PLUGIN");
 }
 
 void runWithPlugin(const std::vector<std::string>& command, bool check)

@@ -13,8 +13,8 @@ namespace lamap::tools
  * @throws std::runtime_error naming the file, what is wrong and what would be right */
 void checkStockConfig(const std::string& path);
 
-/** The plug-in: the file named by the environment variable LAMAP_PLUGIN, else the library this program itself
- * runs with.
+/** The plug-in: the file named by the environment variable LAMAP_PLUGIN, else the library that was built or
+ * installed with this program.
  * @throws std::runtime_error if there is no such file */
 [[nodiscard]] std::string pluginPath();
 

@@ -1,17 +1,18 @@
 #include <lamap_core/options/nearest_name.h>
 #include <lamap_mrpt/options/option_group.h>
-#include <lamap_tools/config/ini_lines.h>
 #include <lamap_tools/config/recorded_config.h>
+#include <mrpt/system/string_utils.h>
 #include <strings.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>
 
 namespace lamap::tools
 {
+using mrpt::system::strCmpI;
+
 namespace
 {
 template <class Map>
@@ -29,11 +30,20 @@ bool isNumber(const std::string& text)
   return end != text.c_str() && *end == '\0' && std::isfinite(number);
 }
 
+/// Names of what was laid over that are not there already, case counting nothing.
+template <class Map>
+void addMissing(const Map& laidOver, std::vector<std::string>& names)
+{
+  for (const auto& entry : laidOver)
+    if (std::none_of(names.begin(), names.end(),
+                     [&](const std::string& name) { return strCmpI(entry.first, name); }))
+      names.push_back(entry.first);
+}
+
 bool isYesOrNo(const std::string& text)
 {
-  for (const char* word : {"true", "false", "yes", "no"})
-    if (sameName(text, word)) return true;
-  return false;
+  const auto& words = {"true", "false", "yes", "no"};
+  return std::any_of(words.begin(), words.end(), [&](const char* word) { return strCmpI(text, word); });
 }
 
 /** What is wrong with a value, judged by the default its reader gave: MRPT prints a floating-point default in
@@ -67,7 +77,7 @@ void RecordedConfig::requireAllRead(const std::string& prefix, bool shorten) con
   getAllSections(sections);
   for (const std::string& section : sections)
   {
-    if (!startsWith(section, prefix + "_")) continue;
+    if (!mrpt::system::strStartsI(section, prefix + "_")) continue;
     const auto asked = asked_.find(section);
     if (asked == asked_.end())
       throw std::runtime_error("section " + shown(section) + " is not read; did you mean " +
@@ -96,11 +106,7 @@ std::vector<std::string> RecordedConfig::askedSections() const
 void RecordedConfig::getAllSections(std::vector<std::string>& sections) const
 {
   base_.getAllSections(sections);
-  for (const auto& [section, keys] : overlay_)
-  {
-    const auto same = [&name = section](const std::string& other) { return sameName(name, other); };
-    if (std::none_of(sections.begin(), sections.end(), same)) sections.push_back(section);
-  }
+  addMissing(overlay_, sections);
 }
 
 void RecordedConfig::getAllKeys(const std::string& section, std::vector<std::string>& keys) const
@@ -112,13 +118,7 @@ void RecordedConfig::getAllKeys(const std::string& section, std::vector<std::str
 void RecordedConfig::collectKeys(const std::string& section, std::vector<std::string>& keys) const
 {
   base_.getAllKeys(section, keys);
-  const auto laid = overlay_.find(section);
-  if (laid == overlay_.end()) return;
-  for (const auto& entry : laid->second)
-  {
-    const auto same = [&name = entry.first](const std::string& other) { return sameName(name, other); };
-    if (std::none_of(keys.begin(), keys.end(), same)) keys.push_back(entry.first);
-  }
+  if (const auto laid = overlay_.find(section); laid != overlay_.end()) addMissing(laid->second, keys);
 }
 
 void RecordedConfig::clear()

@@ -1,13 +1,12 @@
 #include <lamap_tools/cells/octomap_file.h>
 #include <lamap_tools/export/export_map.h>
+#include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/pictures/render_map.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <filesystem>
 #include <sstream>
 #include <stdexcept>
 
@@ -35,21 +34,9 @@ StateSet parseStates(const std::string& names)
   return states;
 }
 
-namespace
-{
-std::string lowerExtension(const std::string& path)
-{
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
-
-}  // namespace
-
 void requireExportable(const std::string& path, const ExportOptions& options)
 {
-  const std::string extension = lowerExtension(path);
+  const std::string extension = extensionOf(path);
   const auto& known = {".csv", ".ply", ".pcd", ".bt", ".ot", ".3dscene", ".png", ".yaml"};
   if (std::find(known.begin(), known.end(), extension) == known.end())
     throw UsageError(
@@ -75,7 +62,7 @@ void requireExportable(const std::string& path, const ExportOptions& options)
 
 void exportMap(const CellMap& map, const std::string& path, const ExportOptions& options)
 {
-  const std::string extension = lowerExtension(path);
+  const std::string extension = extensionOf(path);
   const StateSet all{true, true, true};
   const StateSet occupied{false, true, false};
   requireExportable(path, options);

@@ -4,43 +4,53 @@
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/pictures/palette.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 namespace lamap::tools
 {
+namespace
+{
+/// Calls write(cell, its centre [m], its estimate) for the cells of these states, sorted.
+template <class Write>
+void forEachCell(const CellMap& map, const StateSet& states, const Write& write)
+{
+  visitCellsSorted(map,
+                   [&](const CellRow& row)
+                   {
+                     if (states.has(row.estimate.state))
+                       write(row.index, cellCentre(row.index, map.resolution()), row.estimate);
+                   });
+}
+}  // namespace
+
 void writeCsv(const CellMap& map, const std::string& path, const StateSet& states)
 {
   const auto names = map.evidenceNames();
-  const double r = map.resolution();
   FileOutput out(path);
   out.append("x,y,z,prob,variance,state");
   for (const auto& name : names) out.append("," + name);
   out.append("\n");
-  visitCellsSorted(map,
-                   [&](const CellRow& row)
-                   {
-                     const CellEstimate& estimate = row.estimate;
-                     if (!states.has(estimate.state)) return;
-                     const Eigen::Vector3d centre = cellCentre(row.index, r);
-                     for (int axis = 0; axis < 3; ++axis)
-                     {
-                       out.append(centre[axis]);
-                       out.append(",");
-                     }
-                     out.append(estimate.prob);
-                     out.append(",");
-                     if (estimate.variance) out.append(*estimate.variance);
-                     out.append(",");
-                     out.append(stateName(estimate.state));
-                     for (size_t i = 0; i < names.size(); ++i)
-                     {
-                       out.append(",");
-                       out.append(estimate.evidence[i]);
-                     }
-                     out.append("\n");
-                   });
+  forEachCell(map, states,
+              [&](const CellIndex&, const Eigen::Vector3d& centre, const CellEstimate& estimate)
+              {
+                for (const double number : {centre.x(), centre.y(), centre.z(), estimate.prob})
+                {
+                  out.append(number);
+                  out.append(",");
+                }
+                if (estimate.variance) out.append(*estimate.variance);
+                out.append(",");
+                out.append(stateName(estimate.state));
+                for (size_t i = 0; i < names.size(); ++i)
+                {
+                  out.append(",");
+                  out.append(estimate.evidence[i]);
+                }
+                out.append("\n");
+              });
   out.commit();
 }
 
@@ -89,21 +99,18 @@ void writePly(const CellMap& map, const std::string& path, const StateSet& state
       "\nproperty double x\nproperty double y\nproperty double z\nproperty uchar red\nproperty uchar green\n"
       "property uchar blue\nproperty float prob\n" +
       (points.hasVariance ? "property float variance\n" : "") + "property uchar state\nend_header\n");
-  visitCellsSorted(map,
-                   [&](const CellRow& row)
-                   {
-                     const CellEstimate& estimate = row.estimate;
-                     if (!states.has(estimate.state)) return;
-                     const Eigen::Vector3d centre = cellCentre(row.index, map.resolution());
-                     for (int axis = 0; axis < 3; ++axis) out.appendBytes(centre[axis]);
-                     const auto color = heightColor(row.index, points.extent);
-                     for (const uint8_t level : {color.R, color.G, color.B}) out.appendBytes(level);
-                     out.appendBytes(static_cast<float>(estimate.prob));
-                     if (points.hasVariance)
-                       out.appendBytes(estimate.variance ? static_cast<float>(*estimate.variance)
-                                                         : std::numeric_limits<float>::quiet_NaN());
-                     out.appendBytes(static_cast<uint8_t>(estimate.state));
-                   });
+  forEachCell(map, states,
+              [&](const CellIndex& cell, const Eigen::Vector3d& centre, const CellEstimate& estimate)
+              {
+                out.appendBytes(std::array<double, 3>{centre.x(), centre.y(), centre.z()});
+                const auto color = heightColor(cell, points.extent);
+                out.appendBytes(std::array<uint8_t, 3>{color.R, color.G, color.B});
+                out.appendBytes(static_cast<float>(estimate.prob));
+                if (points.hasVariance)
+                  out.appendBytes(estimate.variance ? static_cast<float>(*estimate.variance)
+                                                    : std::numeric_limits<float>::quiet_NaN());
+                out.appendBytes(static_cast<uint8_t>(estimate.state));
+              });
   out.commit();
 }
 
@@ -132,16 +139,14 @@ void writePcd(const CellMap& map, const std::string& path, const StateSet& state
       "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z rgb intensity\nSIZE 4 4 4 4 4\n"
       "TYPE F F F F F\nCOUNT 1 1 1 1 1\nWIDTH " +
       count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n");
-  visitCellsSorted(map,
-                   [&](const CellRow& row)
-                   {
-                     if (!states.has(row.estimate.state)) return;
-                     const Eigen::Vector3d centre = cellCentre(row.index, map.resolution());
-                     for (int axis = 0; axis < 3; ++axis) out.appendBytes(static_cast<float>(centre[axis]));
-                     const auto color = heightColor(row.index, points.extent);
-                     out.appendBytes(uint32_t{color.R} << 16U | uint32_t{color.G} << 8U | uint32_t{color.B});
-                     out.appendBytes(static_cast<float>(row.estimate.prob));
-                   });
+  forEachCell(map, states,
+              [&](const CellIndex& cell, const Eigen::Vector3d& centre, const CellEstimate& estimate)
+              {
+                for (int axis = 0; axis < 3; ++axis) out.appendBytes(static_cast<float>(centre[axis]));
+                const auto color = heightColor(cell, points.extent);
+                out.appendBytes(uint32_t{color.R} << 16U | uint32_t{color.G} << 8U | uint32_t{color.B});
+                out.appendBytes(static_cast<float>(estimate.prob));
+              });
   out.commit();
 }
 

@@ -33,24 +33,13 @@ bool selected(const CellIndex& cell, double resolution_m, const ExportOptions& o
   return (!options.zMin_m || z_m >= *options.zMin_m) && (!options.zMax_m || z_m <= *options.zMax_m);
 }
 
-CellExtent selectedExtent(const CellMap& map, const std::string& path, const ExportOptions& options)
-{
-  std::optional<CellExtent> extent;
-  map.visitCells(
-      [&](const CellIndex& cell, const CellEstimate&)
-      {
-        if (!selected(cell, map.resolution(), options)) return;
-        if (!extent) extent = CellExtent{cell, cell};
-        extent->include(cell);
-      });
-  if (!extent) throw std::runtime_error(path + ": the map has no cell at the heights asked for");
-  return *extent;
-}
-
 Layer flatten(const CellMap& map, const std::string& path, const ExportOptions& options)
 {
   Layer layer;
-  layer.extent = selectedExtent(map, path, options);
+  const auto extent = cellExtent(map, [&](const CellIndex& cell, const CellEstimate&)
+                                 { return selected(cell, map.resolution(), options); });
+  if (!extent) throw std::runtime_error(path + ": the map has no cell at the heights asked for");
+  layer.extent = *extent;
   const auto& [first, last] = layer.extent;
   layer.width = static_cast<size_t>(int64_t{last.x} - first.x + 1);
   const size_t height = static_cast<size_t>(int64_t{last.y} - first.y + 1);

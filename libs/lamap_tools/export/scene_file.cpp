@@ -17,21 +17,6 @@ namespace lamap::tools
 {
 namespace
 {
-using mrpt::math::TPoint3D;
-
-std::optional<CellExtent> extentOf(const CellMap& map, const StateSet& states)
-{
-  std::optional<CellExtent> extent;
-  map.visitCells(
-      [&](const CellIndex& cell, const CellEstimate& estimate)
-      {
-        if (!states.has(estimate.state)) return;
-        if (!extent) extent = CellExtent{cell, cell};
-        extent->include(cell);
-      });
-  return extent;
-}
-
 /// Voxels relative to the first cell of the extent: they are floats, their object's pose is not.
 mrpt::opengl::COctoMapVoxels::Ptr voxelsOf(const CellMap& map, const StateSet& states,
                                            const CellExtent& extent)
@@ -70,30 +55,32 @@ mrpt::opengl::COctoMapVoxels::Ptr voxelsOf(const CellMap& map, const StateSet& s
 
 void writeScene(const CellMap& map, const std::string& path, const StateSet& states)
 {
-  const auto extent = extentOf(map, states);
+  const auto extent = cellExtent(
+      map, [&](const CellIndex&, const CellEstimate& estimate) { return states.has(estimate.state); });
   if (!extent) throw std::runtime_error(path + ": the map has no cell of the states asked for");
   const double r = map.resolution();
-  const TPoint3D from(extent->first.x * r, extent->first.y * r, extent->first.z * r);
-  const TPoint3D to((extent->last.x + 1.0) * r, (extent->last.y + 1.0) * r, (extent->last.z + 1.0) * r);
-  const double size_m = std::max({to.x - from.x, to.y - from.y, to.z - from.z});
+  const Eigen::AlignedBox3d box_m = extent->box_m(r);
+  const Eigen::Vector3d& from = box_m.min();
+  const Eigen::Vector3d& to = box_m.max();
+  const double size_m = box_m.sizes().maxCoeff();
   const double step_m = roundStep(size_m / 20);
 
   mrpt::opengl::COpenGLScene scene;
   const auto down = [&](double x) { return static_cast<float>(std::floor(x / step_m) * step_m); };
   const auto up = [&](double x) { return static_cast<float>(std::ceil(x / step_m) * step_m); };
-  auto ground = mrpt::opengl::CGridPlaneXY::Create(down(from.x), up(to.x), down(from.y), up(to.y),
-                                                   static_cast<float>(from.z), static_cast<float>(step_m));
+  auto ground = mrpt::opengl::CGridPlaneXY::Create(down(from.x()), up(to.x()), down(from.y()), up(to.y()),
+                                                   static_cast<float>(from.z()), static_cast<float>(step_m));
   ground->setColor_u8(150, 150, 150);
   scene.insert(ground);
   auto axes = mrpt::opengl::stock_objects::CornerXYZSimple(static_cast<float>(step_m));
-  axes->setLocation(down(from.x), down(from.y), from.z);
+  axes->setLocation(down(from.x()), down(from.y()), from.z());
   scene.insert(axes);
   scene.insert(voxelsOf(map, states, *extent));
 
   auto& camera = scene.getViewport()->getCamera();
-  const TPoint3D middle = (from + to) / 2.0;
-  camera.setPointingAt(static_cast<float>(middle.x), static_cast<float>(middle.y),
-                       static_cast<float>(middle.z));
+  const Eigen::Vector3d middle = (from + to) / 2;
+  camera.setPointingAt(static_cast<float>(middle.x()), static_cast<float>(middle.y()),
+                       static_cast<float>(middle.z()));
   camera.setZoomDistance(static_cast<float>(1.6 * size_m));
   camera.setAzimuthDegrees(-60);
   camera.setElevationDegrees(40);

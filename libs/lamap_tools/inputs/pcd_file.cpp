@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <sstream>
@@ -52,8 +53,7 @@ class PcdReader
 
   PcdCloud read()
   {
-    PcdCloud cloud;
-    cloud.viewpoint_map = viewpoint();
+    PcdCloud cloud{viewpoint(), {}};
     if (header_.data == "ascii")
       readAscii(cloud.points_map);
     else if (header_.data == "binary")
@@ -199,24 +199,21 @@ class PcdReader
 
   void readAscii(std::vector<Eigen::Vector3d>& points)
   {
-    std::string line;
-    std::vector<std::string> words;
-    while (std::getline(file_, line))
+    for (std::string line; std::getline(file_, line);)
     {
       std::istringstream stream(line);
-      words.clear();
-      for (std::string word; stream >> word;) words.push_back(word);
+      const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
       if (words.empty()) continue;
       const std::string place = "point " + std::to_string(points.size() + 1);
       if (words.size() != header_.columns())
         fail(place + " has " + std::to_string(words.size()) + " numbers; expected " +
              std::to_string(header_.columns()));
       Eigen::Vector3d point;
-      for (int axis = 0; axis < 3; ++axis)
+      for (size_t axis = 0; axis < 3; ++axis)
       {
-        const std::string& word = words[axes_[static_cast<size_t>(axis)].column];
+        const std::string& word = words[axes_[axis].column];
         char* end = nullptr;
-        point[axis] = std::strtod(word.c_str(), &end);
+        point[static_cast<Eigen::Index>(axis)] = std::strtod(word.c_str(), &end);
         if (end == word.c_str() || *end != '\0') fail(place + ": \"" + word + "\" is not a number");
       }
       points.push_back(point);
@@ -246,10 +243,8 @@ class PcdReader
     // Some writers fill up the last page with zeros; anything else means that the header is wrong.
     for (char letter = 0; file_.get(letter);)
       if (letter != '\0') fail("more bytes follow than " + std::to_string(header_.points) + " points need");
-    points.reserve(header_.points);
-    for (size_t i = 0; i < header_.points; ++i)
-      points.push_back(
-          pointFrom(bytes, [&](const Field& field) { return i * header_.stride() + field.offset; }));
+    takePoints(bytes, points,
+               [&](const Field& field, size_t i) { return i * header_.stride() + field.offset; });
   }
 
   /// Field by field: all x, then all y, …
@@ -272,22 +267,21 @@ class PcdReader
     std::string bytes(size, '\0');
     if (lzf_decompress(compressed.data(), compressedSize, bytes.data(), size) != size)
       fail("its compressed points are damaged");
-    points.reserve(header_.points);
-    for (size_t i = 0; i < header_.points; ++i)
-      points.push_back(pointFrom(
-          bytes, [&](const Field& field) { return header_.points * field.offset + i * field.bytes(); }));
+    takePoints(bytes, points,
+               [&](const Field& field, size_t i)
+               { return header_.points * field.offset + i * field.bytes(); });
   }
 
+  /// @param offsetOf  where a field of the i-th point stands
   template <class OffsetOf>
-  Eigen::Vector3d pointFrom(const std::string& bytes, const OffsetOf& offsetOf) const
+  void takePoints(const std::string& bytes, std::vector<Eigen::Vector3d>& points,
+                  const OffsetOf& offsetOf) const
   {
-    Eigen::Vector3d point;
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      const Field& field = axes_[static_cast<size_t>(axis)];
-      point[axis] = element(bytes.data() + offsetOf(field), field);
-    }
-    return point;
+    const auto coordinate = [&](size_t axis, size_t i)
+    { return element(bytes.data() + offsetOf(axes_[axis], i), axes_[axis]); };
+    points.reserve(header_.points);
+    for (size_t i = 0; i < header_.points; ++i)
+      points.emplace_back(coordinate(0, i), coordinate(1, i), coordinate(2, i));
   }
 
   template <class Number>

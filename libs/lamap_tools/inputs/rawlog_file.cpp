@@ -1,4 +1,5 @@
 #include <lamap_mrpt/compat/mrpt_compat.h>
+#include <lamap_mrpt/files/byte_stream.h>
 #include <lamap_tools/inputs/memory_guard.h>
 #include <lamap_tools/inputs/rawlog_file.h>
 #include <lamap_tools/inputs/trial_run.h>
@@ -100,27 +101,44 @@ bool belongsInRawlog(const CSerializable& object)
 }
 }  // namespace
 
-std::optional<RawlogFile::Limit> RawlogFile::findLimit(const std::string& path,
-                                                       const std::function<bool()>& shouldStop)
+RawlogFile::Trial RawlogFile::tryReading(const std::string& path, const Surveyor& surveyor,
+                                         const std::function<bool()>& shouldStop)
 {
-  const auto readAll = [&path](const std::function<void()>& step)
+  Trial trial;
+  const auto attempt = [&](const std::function<void()>& step)
   {
-    std::unique_ptr<RawlogFile> file;
+    ByteWriter found;
     try
     {
-      file = std::make_unique<RawlogFile>(path);
+      RawlogFile file(path, trial.limit);
+      if (file.first_) step();
+      file.onEntry_ = step;
+      found.text("");
+      const std::vector<uint8_t> survey = surveyor(file);
+      found.numbers(survey.data(), survey.size());
     }
-    catch (const std::runtime_error&)
+    catch (const std::runtime_error& refusal)
     {
-      return;  // in an orderly way: whoever opens it next is told
+      found.text(refusal.what());
     }
-    if (!file->first_) return;
-    step();
-    while (file->readObject()) step();
+    return found.take();
   };
-  const TrialRun trial = tryInChild(readAll, shouldStop);
-  if (!trial.failure) return std::nullopt;
-  return Limit{trial.steps, "entry " + std::to_string(trial.steps + 1) + " is damaged: " + *trial.failure};
+  for (;;)
+  {
+    const TrialRun run = tryInChild(attempt, shouldStop);
+    trial.stopped = run.stopped;
+    if (run.stopped) return trial;
+    if (!run.failure)
+    {
+      ByteReader found(run.found);
+      if (const std::string refusal = found.text(); !refusal.empty()) throw std::runtime_error(refusal);
+      trial.survey.assign(run.found.end() - static_cast<std::ptrdiff_t>(found.remaining()), run.found.end());
+      return trial;
+    }
+    // Once more up to the entry that did harm; every time fewer, so that it comes to an end.
+    const uint64_t sound = trial.limit ? std::min(run.steps, trial.limit->objects - 1) : run.steps;
+    trial.limit = Limit{sound, "entry " + std::to_string(sound + 1) + " is damaged: " + *run.failure};
+  }
 }
 
 RawlogFile::RawlogFile(const std::string& path, std::optional<Limit> limit)
@@ -184,6 +202,7 @@ CSerializable::Ptr RawlogFile::readObject()
     CSerializable::Ptr object = archive.ReadObject();
     if (!object) throw std::runtime_error("an empty object");
     ++entries_;
+    if (onEntry_) onEntry_();
     return object;
   }
   catch (const std::bad_alloc&)

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace lamap::tools
 {
@@ -28,10 +29,20 @@ class RawlogFile
     std::string damage;
   };
 
-  /** MRPT may crash on damaged entries, so the log is first read to its end in a child process.
-   * @return nothing if all is well, or cut short in an orderly way */
-  [[nodiscard]] static std::optional<Limit> findLimit(const std::string& path,
-                                                      const std::function<bool()>& shouldStop);
+  /// What reading a log in a child process found out.
+  struct Trial
+  {
+    std::optional<Limit> limit;   ///< nothing if all is well, or cut short in an orderly way
+    bool stopped = false;         ///< because it was asked to: nothing else is known
+    std::vector<uint8_t> survey;  ///< what the surveyor returned
+  };
+  using Surveyor = std::function<std::vector<uint8_t>(RawlogFile&)>;
+
+  /** MRPT may crash on damaged entries, so a log is first read in a child process.
+   * @param surveyor  reads the log to its end; what it learns on the way it returns
+   * @throws std::runtime_error as the constructor */
+  [[nodiscard]] static Trial tryReading(const std::string& path, const Surveyor& surveyor,
+                                        const std::function<bool()>& shouldStop);
 
   /// @throws std::runtime_error naming the file if it cannot be opened or its beginning is not a rawlog's.
   explicit RawlogFile(const std::string& path, std::optional<Limit> limit = std::nullopt);
@@ -55,6 +66,7 @@ class RawlogFile
   size_t memoryLimit_ = 0;
   uint64_t entries_ = 0;
   std::optional<std::string> damage_;
+  std::function<void()> onEntry_;
   /// Read ahead to see whether it is a rawlog at all.
   mrpt::serialization::CSerializable::Ptr first_;
   /// A CRawlog among the entries whose own entries are being given out.

@@ -1,16 +1,20 @@
 #include <lamap_tools/inputs/rawlog_source.h>
 
+#include <lamap_mrpt/files/byte_stream.h>
 #include <lamap_tools/inputs/rawlog_file.h>
 #include <mrpt/core/format.h>
+#include <mrpt/math/TPose2D.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CActionRobotMovement3D.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/poses/CPose2D.h>
 
 #include <algorithm>
 #include <deque>
 #include <stdexcept>
+#include <type_traits>
 
 namespace lamap::tools
 {
@@ -27,6 +31,16 @@ std::optional<Time> validTime(Time time)
 {
   if (time == INVALID_TIMESTAMP) return std::nullopt;
   return time;
+}
+
+int64_t ticksOf(Time time)
+{
+  return time.time_since_epoch().count();
+}
+
+Time timeFrom(int64_t ticks)
+{
+  return Time(Time::duration(ticks));
 }
 
 std::string shortClassName(const mrpt::rtti::CObject& object)
@@ -55,6 +69,13 @@ std::optional<Movement> movementOf(const CActionCollection& actions)
 
 using Frame = std::vector<CObservation::Ptr>;
 
+/// A reading of the odometry, absolute.
+struct Odometry
+{
+  Time time;
+  mrpt::math::TPose2D pose;
+};
+
 /// When a pose composed from actions holds: see openInputs().
 std::optional<Time> timeOf(const Frame& frame, std::optional<Time> actionTime)
 {
@@ -75,12 +96,13 @@ std::optional<Time> timeOf(const Frame& frame, std::optional<Time> actionTime)
 class FrameReader
 {
  public:
-  FrameReader(const std::string& path, const std::optional<RawlogFile::Limit>& limit) : file_(path, limit) {}
+  /// @param file  must outlive this
+  explicit FrameReader(RawlogFile& file) : file_(file) {}
 
   struct Step
   {
     Frame frame;  ///< observations but odometry
-    std::vector<TimedPose> odometry;
+    std::vector<Odometry> odometry;
     std::optional<LeftOutScan> foreign;
     CPose3D actionPose_map;  ///< the actions so far, composed
     std::optional<Time> frameTime;
@@ -109,7 +131,6 @@ class FrameReader
   }
 
   [[nodiscard]] bool hasActions() const { return hasActions_; }
-  [[nodiscard]] const std::optional<std::string>& damage() const { return file_.damage(); }
 
  private:
   void compose(const CActionCollection& actions)
@@ -139,49 +160,117 @@ class FrameReader
   {
     if (!observation) return;
     if (const auto* odometry = dynamic_cast<const CObservationOdometry*>(observation.get()))
-      step.odometry.push_back({odometry->timestamp, CPose3D(odometry->odometry)});
+      step.odometry.push_back({odometry->timestamp, odometry->odometry.asTPose()});
     else
       step.frame.push_back(observation);
   }
 
-  RawlogFile file_;
+  RawlogFile& file_;
   CPose3D pose_;
   std::optional<Time> actionTime_;
   bool hasActions_ = false;
 };
 
-/// What a first walk through a log finds.
+/** What a first walk through a log finds, in plain numbers: it comes from another process. Times are ticks of
+ * MRPT's clock. */
 struct Survey
 {
   bool hasActions = false;
   bool timesGoBackwards = false;  ///< those of the frames
-  size_t frames = 0;
-  size_t items = 0;
-  std::vector<TimedPose> actionPoses;
-  std::vector<TimedPose> odometry;
-  std::vector<Time> observationTimes;
+  uint64_t frames = 0;
+  uint64_t items = 0;
+  std::vector<int64_t> frameTimes;
+  std::vector<double>
+      framePoses;  ///< composed from actions: 16 numbers for each frame's time, column by column
+  std::vector<int64_t> odometryTimes;
+  std::vector<double> odometryPoses;  ///< x, y, phi for each of these
+  std::vector<int64_t> observationTimes;
+
+  /// Calls visit for each member in the same order, whatever it does with them.
+  template <class Self, class Visitor>
+  static void visitMembers(Self& self, const Visitor& visit)
+  {
+    visit(self.hasActions), visit(self.timesGoBackwards), visit(self.frames), visit(self.items);
+    visit(self.frameTimes), visit(self.framePoses);
+    visit(self.odometryTimes), visit(self.odometryPoses);
+    visit(self.observationTimes);
+  }
+
+  [[nodiscard]] std::vector<TimedPose> posesOfFrames() const
+  {
+    std::vector<TimedPose> poses;
+    mrpt::math::CMatrixDouble44 matrix;
+    for (size_t i = 0; i < frameTimes.size(); ++i)
+    {
+      std::copy_n(&framePoses[16 * i], 16, matrix.data());
+      poses.push_back({timeFrom(frameTimes[i]), CPose3D(matrix)});
+    }
+    return poses;
+  }
+  [[nodiscard]] std::vector<TimedPose> posesOfOdometry() const
+  {
+    std::vector<TimedPose> poses;
+    for (size_t i = 0; i < odometryTimes.size(); ++i)
+    {
+      const double* pose = &odometryPoses[3 * i];
+      poses.push_back({timeFrom(odometryTimes[i]), CPose3D(mrpt::poses::CPose2D(pose[0], pose[1], pose[2]))});
+    }
+    return poses;
+  }
 };
 
-Survey surveyOf(const std::string& path, const std::optional<RawlogFile::Limit>& limit,
-                const std::function<bool()>& shouldStop)
+/// Reads a log to its end. @return a survey's members
+std::vector<uint8_t> surveyOf(RawlogFile& file)
 {
   Survey survey;
-  FrameReader reader(path, limit);
+  FrameReader reader(file);
   while (const auto step = reader.next())
   {
-    if (shouldStop()) break;
     survey.items += step->frame.size() + (step->foreign ? 1 : 0);
     if (!step->frame.empty()) ++survey.frames;
-    for (const TimedPose& pose : step->odometry)
-      if (validTime(pose.time)) survey.odometry.push_back(pose);
+    for (const auto& [time, pose] : step->odometry)
+    {
+      if (!validTime(time)) continue;
+      survey.odometryTimes.push_back(ticksOf(time));
+      survey.odometryPoses.insert(survey.odometryPoses.end(), {pose.x, pose.y, pose.phi});
+    }
     for (const auto& observation : step->frame)
-      if (validTime(observation->timestamp)) survey.observationTimes.push_back(observation->timestamp);
+      if (validTime(observation->timestamp))
+        survey.observationTimes.push_back(ticksOf(observation->timestamp));
     if (!step->frameTime) continue;
-    const auto& poses = survey.actionPoses;
-    if (!poses.empty() && *step->frameTime < poses.back().time) survey.timesGoBackwards = true;
-    survey.actionPoses.push_back({*step->frameTime, step->actionPose_map});
+    auto& times = survey.frameTimes;
+    times.push_back(ticksOf(*step->frameTime));
+    if (times.size() > 1 && times.back() < times[times.size() - 2]) survey.timesGoBackwards = true;
+    const auto matrix = step->actionPose_map.getHomogeneousMatrixVal<mrpt::math::CMatrixDouble44>();
+    survey.framePoses.insert(survey.framePoses.end(), matrix.data(), matrix.data() + 16);
   }
   survey.hasActions = reader.hasActions();
+
+  ByteWriter out;
+  Survey::visitMembers(survey,
+                       [&out](const auto& member)
+                       {
+                         if constexpr (std::is_arithmetic_v<std::decay_t<decltype(member)>>)
+                           out.number(member);
+                         else
+                           out.vector(member);
+                       });
+  return out.take();
+}
+
+Survey surveyFrom(const std::vector<uint8_t>& bytes)
+{
+  Survey survey;
+  ByteReader in(bytes);
+  Survey::visitMembers(survey,
+                       [&in](auto& member)
+                       {
+                         using Member = std::decay_t<decltype(member)>;
+                         if constexpr (std::is_arithmetic_v<Member>)
+                           member = in.number<Member>();
+                         else
+                           member = in.vector<typename Member::value_type>();
+                       });
   return survey;
 }
 
@@ -195,10 +284,13 @@ void requireOverlap(const std::string& path, const Survey& survey, const PoseTra
 {
   const auto& times = survey.observationTimes;
   if (times.empty()) return;
-  if (std::any_of(times.begin(), times.end(), [&](Time time) { return track.at(time).has_value(); })) return;
+  if (std::any_of(times.begin(), times.end(),
+                  [&](int64_t time) { return track.at(timeFrom(time)).has_value(); }))
+    return;
   const auto [first, last] = std::minmax_element(times.begin(), times.end());
   throw std::runtime_error(path + ": none of its " + std::to_string(times.size()) + " observations, at " +
-                           spanText(*first, *last) + " since 1970, lies within the time of the poses, " +
+                           spanText(timeFrom(*first), timeFrom(*last)) +
+                           " since 1970, lies within the time of the poses, " +
                            spanText(track.poses().front().time, track.poses().back().time));
 }
 
@@ -207,23 +299,25 @@ class RawlogSource : public ScanSource
  public:
   RawlogSource(const std::string& path, std::shared_ptr<const PoseTrack> givenPoses,
                const InputOptions& options)
-      : path_(path), limit_(RawlogFile::findLimit(path, options.shouldStop))
+      : ScanSource(path)
   {
-    Survey survey = surveyOf(path, limit_, options.shouldStop);
-    expectedItems_ = survey.items;
-    if (options.shouldStop())
+    const RawlogFile::Trial trial = RawlogFile::tryReading(path, surveyOf, options.shouldStop);
+    if (trial.stopped)
+    {
       stand("not read");
-    else if (options.standingStill)
+      return;
+    }
+    limit_ = trial.limit;
+    const Survey survey = surveyFrom(trial.survey);
+    expectedItems_ = survey.items;
+    if (options.standingStill)
       stand("the robot stands at the origin");
     else if (givenPoses)
       follow(std::move(givenPoses), survey, "the given file");
     else if (survey.hasActions)
-      followActions(std::move(survey));
-    else if (!survey.odometry.empty())
-    {
-      auto track = std::make_shared<const PoseTrack>(std::move(survey.odometry));
-      follow(track, survey, "odometry");
-    }
+      followActions(survey);
+    else if (!survey.odometryTimes.empty())
+      follow(std::make_shared<const PoseTrack>(survey.posesOfOdometry()), survey, "odometry");
     else if (survey.frames <= 1)
       stand("the log holds no poses; what it holds is taken at the origin");
     else
@@ -233,16 +327,18 @@ class RawlogSource : public ScanSource
           "where they were made: give --poses FILE, or --static if the robot stood still");
   }
 
-  [[nodiscard]] const std::string& path() const override { return path_; }
-  [[nodiscard]] size_t expectedItems() const override { return expectedItems_; }
-
   [[nodiscard]] std::optional<ScanItem> next() override
   {
     // Opened with the first scan, not before: it sets MRPT's folder of images.
-    if (!reader_) reader_ = std::make_unique<FrameReader>(path_, limit_);
+    if (!file_)
+    {
+      file_ = std::make_unique<RawlogFile>(path_, limit_);
+      reader_.emplace(*file_);
+    }
     while (waiting_.empty())
     {
       auto step = reader_->next();
+      if (file_->damage()) damages_ = {*file_->damage()};
       if (!step) return std::nullopt;
       if (step->foreign) waiting_.emplace_back(*step->foreign);
       for (const auto& observation : step->frame) waiting_.push_back(itemOf(observation, *step));
@@ -250,21 +346,6 @@ class RawlogSource : public ScanSource
     ScanItem item = std::move(waiting_.front());
     waiting_.pop_front();
     return item;
-  }
-
-  [[nodiscard]] std::vector<std::string> damages() const override
-  {
-    if (!reader_ || !reader_->damage()) return {};
-    return {*reader_->damage()};
-  }
-
-  [[nodiscard]] std::vector<std::string> notes() const override
-  {
-    std::vector<std::string> all{note_};
-    if (heldPoses_ > 0)
-      all.push_back(std::to_string(heldPoses_) +
-                    " observations lie before the first or after the last pose and took that of their frame");
-    return all;
   }
 
  private:
@@ -278,7 +359,7 @@ class RawlogSource : public ScanSource
   void stand(const std::string& note)
   {
     kind_ = Poses::Standing;
-    note_ = note;
+    notes_ = {note};
   }
 
   void follow(std::shared_ptr<const PoseTrack> track, const Survey& survey, const std::string& origin)
@@ -286,17 +367,17 @@ class RawlogSource : public ScanSource
     requireOverlap(path_, survey, *track);
     kind_ = Poses::Track;
     track_ = std::move(track);
-    note_ = std::to_string(track_->poses().size()) + " poses from " + origin;
+    notes_ = {std::to_string(track_->poses().size()) + " poses from " + origin};
   }
 
-  void followActions(Survey survey)
+  void followActions(const Survey& survey)
   {
     kind_ = Poses::Actions;
-    note_ = "poses from the log's actions";
+    notes_ = {"poses from the log's actions"};
     if (survey.timesGoBackwards)
-      note_ += "; its time stamps go backwards: every observation takes the pose of its frame";
+      notes_[0] += "; its time stamps go backwards: every observation takes the pose of its frame";
     else
-      track_ = std::make_shared<const PoseTrack>(std::move(survey.actionPoses));
+      track_ = std::make_shared<const PoseTrack>(survey.posesOfFrames());
   }
 
   ScanItem itemOf(const CObservation::Ptr& observation, const FrameReader::Step& step)
@@ -315,17 +396,20 @@ class RawlogSource : public ScanSource
   {
     if (!track_ || !time || time == step.frameTime) return step.actionPose_map;
     const auto pose = track_->at(*time);
-    if (!pose) ++heldPoses_;
+    if (!pose)
+    {
+      notes_.resize(2);
+      notes_[1] = std::to_string(++heldPoses_) +
+                  " observations lie before the first or after the last pose and took that of their frame";
+    }
     return pose.value_or(step.actionPose_map);
   }
 
-  std::string path_;
   std::optional<RawlogFile::Limit> limit_;
-  size_t expectedItems_ = 0;
   Poses kind_ = Poses::Standing;
   std::shared_ptr<const PoseTrack> track_;
-  std::string note_;
-  std::unique_ptr<FrameReader> reader_;
+  std::unique_ptr<RawlogFile> file_;
+  std::optional<FrameReader> reader_;
   std::deque<ScanItem> waiting_;
   size_t heldPoses_ = 0;
 };

@@ -140,6 +140,12 @@ void ScanInserter::count(const std::string& kind, const std::string& reason)
     ++tally_.leftOut[{kind, reason}];
 }
 
+void printLeftOut(const InsertionTally& tally, std::ostream& out, const std::string& who)
+{
+  for (const auto& [what, count] : tally.leftOut)
+    out << "  " << who << "left out: " << count << " " << what.first << ": " << what.second << "\n";
+}
+
 std::string reasonsOf(const InsertionTally& tally)
 {
   std::string reasons;

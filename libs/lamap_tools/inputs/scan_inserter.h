@@ -4,6 +4,7 @@
 #include <mrpt/maps/CMetricMap.h>
 
 #include <map>
+#include <ostream>
 #include <string>
 #include <utility>
 
@@ -20,7 +21,10 @@ struct InsertionTally
   [[nodiscard]] size_t leftOutCount() const;
 };
 
-/// Why scans were not used, a line each after a line break.
+/// Why scans were not used: "  left out: COUNT KIND: REASON" per line. @param who  is named before it
+void printLeftOut(const InsertionTally& tally, std::ostream& out, const std::string& who = "");
+
+/// The same for an error, each line after a line break.
 [[nodiscard]] std::string reasonsOf(const InsertionTally& tally);
 
 /** Inserts scans into any map and counts them. The map must outlive it.

@@ -1,4 +1,5 @@
 #include <lamap_mrpt/compat/mrpt_compat.h>
+#include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/graph_file.h>
 #include <lamap_tools/inputs/pcd_file.h>
@@ -33,13 +34,6 @@ enum class InputKind
   Graph
 };
 
-bool endsWith(const std::string& text, const std::string& ending)
-{
-  if (text.size() < ending.size()) return false;
-  return std::equal(ending.rbegin(), ending.rend(), text.rbegin(),
-                    [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
-}
-
 InputKind kindOf(const std::string& path)
 {
   if (!fs::exists(path)) throw std::runtime_error(path + ": does not exist");
@@ -57,16 +51,10 @@ class SimpleMapSource : public ScanSource
 {
  public:
   SimpleMapSource(const std::string& path, const std::function<bool()>& shouldStop)
-      : path_(path), map_(readSimpleMap(path, shouldStop))
+      : ScanSource(path), map_(readSimpleMap(path, shouldStop))
   {
     for (size_t i = 0; i < map_.size(); ++i) expectedItems_ += compat::keyframeAt(map_, i).frame->size();
-  }
-
-  [[nodiscard]] const std::string& path() const override { return path_; }
-  [[nodiscard]] size_t expectedItems() const override { return expectedItems_; }
-  [[nodiscard]] std::vector<std::string> notes() const override
-  {
-    return {std::to_string(map_.size()) + " poses of the simple map"};
+    notes_.push_back(std::to_string(map_.size()) + " poses of the simple map");
   }
 
   [[nodiscard]] std::optional<ScanItem> next() override
@@ -86,9 +74,7 @@ class SimpleMapSource : public ScanSource
   }
 
  private:
-  std::string path_;
   mrpt::maps::CSimpleMap map_;
-  size_t expectedItems_ = 0;
   size_t frame_ = 0;
   size_t observation_ = 0;
 };
@@ -97,25 +83,20 @@ class PcdSource : public ScanSource
 {
  public:
   PcdSource(const std::string& path, const Eigen::Vector3d& sensorOrigin)
-      : path_(path),
+      : ScanSource(path),
         files_(filesOf(path)),
         sensorInFrame_(sensorOrigin.x(), sensorOrigin.y(), sensorOrigin.z(), 0, 0, 0)
   {
+    expectedItems_ = files_.size();
+    notes_ = {"origins from VIEWPOINT"};
   }
 
   /// Takes the poses of its files from the beginning of a range and returns the rest of it.
   std::vector<TimedPose>::const_iterator takePoses(std::vector<TimedPose>::const_iterator first)
   {
     poses_.assign(first, first + static_cast<std::ptrdiff_t>(files_.size()));
+    notes_ = {"origins from the given file"};
     return first + static_cast<std::ptrdiff_t>(files_.size());
-  }
-
-  [[nodiscard]] const std::string& path() const override { return path_; }
-  [[nodiscard]] size_t expectedItems() const override { return files_.size(); }
-  [[nodiscard]] std::vector<std::string> damages() const override { return damages_; }
-  [[nodiscard]] std::vector<std::string> notes() const override
-  {
-    return {poses_.empty() ? "origins from VIEWPOINT" : "origins from the given file"};
   }
 
   [[nodiscard]] std::optional<ScanItem> next() override
@@ -159,37 +140,30 @@ class PcdSource : public ScanSource
     return files;
   }
 
-  std::string path_;
   std::vector<std::string> files_;
   CPose3D sensorInFrame_;
   std::vector<TimedPose> poses_;
-  std::vector<std::string> damages_;
   size_t next_ = 0;
 };
 
 class GraphSource : public ScanSource
 {
  public:
-  explicit GraphSource(const std::string& path) : path_(path), file_(path) {}
-
-  [[nodiscard]] const std::string& path() const override { return path_; }
-  [[nodiscard]] size_t expectedItems() const override { return file_.size(); }
-  [[nodiscard]] std::vector<std::string> notes() const override { return {"poses of the scan graph"}; }
-  [[nodiscard]] std::vector<std::string> damages() const override
+  explicit GraphSource(const std::string& path) : ScanSource(path), file_(path)
   {
-    if (!file_.damage()) return {};
-    return {*file_.damage()};
+    expectedItems_ = file_.size();
+    notes_ = {"poses of the scan graph"};
   }
 
   [[nodiscard]] std::optional<ScanItem> next() override
   {
     auto scan = file_.next();
+    if (file_.damage()) damages_ = {*file_.damage()};
     if (!scan) return std::nullopt;
     return PointScan{"graph scan", std::move(*scan)};
   }
 
  private:
-  std::string path_;
   GraphFile file_;
 };
 

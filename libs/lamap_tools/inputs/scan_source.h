@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -51,15 +52,25 @@ class ScanSource
   virtual ~ScanSource() = default;
 
   /// The path as it was given.
-  [[nodiscard]] virtual const std::string& path() const = 0;
+  [[nodiscard]] const std::string& path() const { return path_; }
   /// How many items next() will give, as far as is known.
-  [[nodiscard]] virtual size_t expectedItems() const = 0;
+  [[nodiscard]] size_t expectedItems() const { return expectedItems_; }
   /// The next item; nothing at the end. @throws std::runtime_error naming the file if it cannot be read.
   [[nodiscard]] virtual std::optional<ScanItem> next() = 0;
   /// What could not be read, because a file was cut short or is damaged, as far as next() has met it.
-  [[nodiscard]] virtual std::vector<std::string> damages() const { return {}; }
+  [[nodiscard]] const std::vector<std::string>& damages() const { return damages_; }
   /// What a reader of the report should know about how this input was read.
-  [[nodiscard]] virtual std::vector<std::string> notes() const { return {}; }
+  [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+
+ protected:
+  explicit ScanSource(std::string path) : path_(std::move(path)) {}
+  ScanSource(const ScanSource&) = delete;
+  ScanSource& operator=(const ScanSource&) = delete;
+
+  std::string path_;
+  size_t expectedItems_ = 0;
+  std::vector<std::string> damages_;
+  std::vector<std::string> notes_;
 };
 
 struct InputOptions

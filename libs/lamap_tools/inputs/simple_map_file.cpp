@@ -18,6 +18,7 @@ mrpt::maps::CSimpleMap readSimpleMap(const std::string& path, const std::functio
     const MemoryGuard guard(kSmallest + 64 * std::filesystem::file_size(path));
     mrpt::maps::CSimpleMap trial;
     if (trial.loadFromFile(path)) step();
+    return std::vector<uint8_t>();
   };
   const TrialRun trial = tryInChild(tryReading, shouldStop);
   if (trial.stopped) return map;

@@ -10,7 +10,9 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <cstdio>
 #include <cstring>
+#include <memory>
 #include <new>
 #include <stdexcept>
 #include <thread>
@@ -43,8 +45,32 @@ class SharedCounter
   Counter* counter_;
 };
 
-[[noreturn]] void runInChild(const std::function<void(const std::function<void()>&)>& attempt,
-                             Counter& counter)
+struct FileCloser
+{
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+/// Has no name; this process and its children share it.
+using SharedFile = std::unique_ptr<std::FILE, FileCloser>;
+
+bool write(const std::vector<uint8_t>& bytes, const SharedFile& file)
+{
+  return std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size() &&
+         std::fflush(file.get()) == 0;
+}
+
+std::vector<uint8_t> contentOf(const SharedFile& file)
+{
+  std::fseek(file.get(), 0, SEEK_END);
+  std::vector<uint8_t> bytes(static_cast<size_t>(std::ftell(file.get())));
+  std::rewind(file.get());
+  if (std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size())
+    throw std::runtime_error("what a trial has found cannot be read");
+  return bytes;
+}
+
+using Attempt = std::function<std::vector<uint8_t>(const std::function<void()>&)>;
+
+[[noreturn]] void runInChild(const Attempt& attempt, Counter& counter, const SharedFile& found)
 {
   // What it says would only confuse, and a core of it is of no use.
   const int nowhere = open("/dev/null", O_WRONLY);
@@ -57,13 +83,12 @@ class SharedCounter
   setrlimit(RLIMIT_CORE, &none);
   try
   {
-    attempt([&counter] { ++counter; });
+    _exit(write(attempt([&counter] { ++counter; }), found) ? 0 : 1);
   }
   catch (...)
   {
     _exit(1);
   }
-  _exit(0);
 }
 
 std::string failureText(int status)
@@ -73,14 +98,15 @@ std::string failureText(int status)
 }
 }  // namespace
 
-TrialRun tryInChild(const std::function<void(const std::function<void()>&)>& attempt,
-                    const std::function<bool()>& shouldStop)
+TrialRun tryInChild(const Attempt& attempt, const std::function<bool()>& shouldStop)
 {
   using Clock = std::chrono::steady_clock;
   const SharedCounter counter;
+  const SharedFile found(std::tmpfile());
+  if (!found) throw std::runtime_error(std::string("no temporary file: ") + std::strerror(errno));
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error(std::string("no new process: ") + std::strerror(errno));
-  if (child == 0) runInChild(attempt, *counter);
+  if (child == 0) runInChild(attempt, *counter, found);
 
   TrialRun run;
   int status = 0;
@@ -106,6 +132,7 @@ TrialRun tryInChild(const std::function<void(const std::function<void()>&)>& att
   run.steps = *counter;
   const bool succeeded = WIFEXITED(status) && WEXITSTATUS(status) == 0;
   if (!run.failure && !run.stopped && !succeeded) run.failure = failureText(status);
+  if (succeeded) run.found = contentOf(found);
   return run;
 }
 

@@ -150,14 +150,8 @@ void crop(int32_t& first, int32_t& last, int32_t frameFirst, int32_t frameLast, 
 CellExtent shownExtent(const CellMap& map, const RenderOptions& options, const Layers& layers)
 {
   const std::optional<CellExtent> box = cellsOfBox(options, map.resolution());
-  std::optional<CellExtent> extent;
-  map.visitCells(
-      [&](const CellIndex& cell, const CellEstimate&)
-      {
-        if (!layers.has(cell) || (box && !inside(cell, *box))) return;
-        if (!extent) extent = CellExtent{cell, cell};
-        extent->include(cell);
-      });
+  std::optional<CellExtent> extent = cellExtent(map, [&](const CellIndex& cell, const CellEstimate&)
+                                                { return layers.has(cell) && (!box || inside(cell, *box)); });
   if (!extent)
     throw std::runtime_error(std::string("the map has no cell ") + (box ? "in the box " : "") +
                              "at the heights asked for (" + heightsText(map, options, layers) +

@@ -9,28 +9,15 @@ namespace lamap::tools
 {
 namespace
 {
-using Stops = std::array<std::array<double, 3>, 9>;
+/// Red, green and blue, a byte each.
+using Stops = std::array<uint32_t, 9>;
 
 // Matplotlib's viridis at steps of an eighth.
-constexpr Stops kHeight = {{{68, 1, 84},
-                            {71, 44, 122},
-                            {59, 81, 139},
-                            {44, 113, 142},
-                            {33, 144, 141},
-                            {39, 173, 129},
-                            {92, 200, 99},
-                            {170, 220, 50},
-                            {253, 231, 37}}};
+constexpr Stops kHeight{0x440154, 0x472c7a, 0x3b518b, 0x2c718e, 0x21908d,
+                        0x27ad81, 0x5cc863, 0xaadc32, 0xfde725};
 // ColorBrewer's OrRd, nine classes.
-constexpr Stops kVariance = {{{255, 247, 236},
-                              {254, 232, 200},
-                              {253, 212, 158},
-                              {253, 187, 132},
-                              {252, 141, 89},
-                              {239, 101, 72},
-                              {215, 48, 31},
-                              {179, 0, 0},
-                              {127, 0, 0}}};
+constexpr Stops kVariance{0xfff7ec, 0xfee8c8, 0xfdd49e, 0xfdbb84, 0xfc8d59,
+                          0xef6548, 0xd7301f, 0xb30000, 0x7f0000};
 
 uint8_t channel(double level)
 {
@@ -42,9 +29,12 @@ mrpt::img::TColor between(const Stops& stops, double fraction)
   const double position = fraction * static_cast<double>(stops.size() - 1);
   const size_t below = std::min(static_cast<size_t>(position), stops.size() - 2);
   const double share = position - static_cast<double>(below);
-  const auto mix = [&](size_t i)
-  { return channel(stops[below][i] * (1 - share) + stops[below + 1][i] * share); };
-  return {mix(0), mix(1), mix(2)};
+  const auto mix = [&](unsigned shift)
+  {
+    const auto level = [&](uint32_t stop) { return static_cast<double>(stop >> shift & 0xFFU); };
+    return channel(level(stops[below]) * (1 - share) + level(stops[below + 1]) * share);
+  };
+  return {mix(16), mix(8), mix(0)};
 }
 }  // namespace
 

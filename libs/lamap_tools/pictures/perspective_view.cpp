@@ -83,14 +83,8 @@ struct Cells
 
 CellExtent occupiedExtent(const CellMap& map, const Selection& selection)
 {
-  std::optional<CellExtent> extent;
-  map.visitCells(
-      [&](const CellIndex& cell, const CellEstimate& estimate)
-      {
-        if (estimate.state != CellState::Occupied || !selection.has(cell)) return;
-        if (!extent) extent = CellExtent{cell, cell};
-        extent->include(cell);
-      });
+  const auto extent = cellExtent(map, [&](const CellIndex& cell, const CellEstimate& estimate)
+                                 { return estimate.state == CellState::Occupied && selection.has(cell); });
   if (!extent)
     throw std::runtime_error(std::string("the map has no occupied cell ") +
                              (selection.box ? "in the box" : "at the heights") +

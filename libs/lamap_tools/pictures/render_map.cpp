@@ -1,4 +1,5 @@
 #include <lamap_mrpt/files/atomic_file.h>
+#include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/pictures/render_map.h>
@@ -78,10 +79,7 @@ void requireLegal(const RenderOptions& options)
 void requireDrawable(const std::string& path, const RenderOptions& options)
 {
   requireLegal(options);
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension != ".png") throw UsageError(path + ": pictures are written as .png");
+  if (extensionOf(path) != ".png") throw UsageError(path + ": pictures are written as .png");
 }
 
 mrpt::img::CImage drawMap(const CellMap& map, const RenderOptions& options)

@@ -47,86 +47,53 @@ Sampling samplingOf(const Truth& truth, double resolution_m, const std::string& 
                    edge_m, resolution_m, parts)};
 }
 
-/// Asks one map about the cells of a truth.
-class TruthWalk
+/// @param parts  along an edge, as which each cell of the truth counts
+void askAboutTruth(const CellMap& map, const Truth& truth, size_t parts, std::optional<int32_t> layer,
+                   PredictionTally& tally, const CountSink& progress)
 {
- public:
-  TruthWalk(const CellMap& map, const Truth& truth, const Sampling& sampling, std::optional<int32_t> layer)
-      : map_(map),
-        truth_(truth),
-        parts_(sampling.partsAlongEdge),
-        layer_(layer),
-        oneLayer_(truth.isOneLayer())
+  constexpr size_t kBetweenReports = 1U << 16U;
+  const double r = map.resolution();
+  const double part_m = truth.spacing_m.value_or(r) / static_cast<double>(parts);
+  const bool oneLayer = truth.isOneLayer();
+  const size_t layers = oneLayer ? 1 : parts;
+  const auto offset = [&](size_t part, size_t count)
+  { return (static_cast<double>(part) - (static_cast<double>(count) - 1) / 2) * part_m; };
+  const auto askAt = [&](Eigen::Vector3d point, bool occupied)
   {
-    part_m_ = truth.spacing_m.value_or(map.resolution()) / static_cast<double>(parts_);
-  }
-
-  void run(PredictionTally& tally, const CountSink& progress) const
+    if (layer && !oneLayer && std::floor(point.z() / r) != *layer) return;
+    if (layer) point.z() = (*layer + 0.5) * r;
+    tally.add(map.estimateAt({point.x(), point.y(), point.z()}), occupied ? 1U : 0U, occupied ? 0U : 1U);
+  };
+  for (size_t i = 0; i < truth.cells.size(); ++i)
   {
-    constexpr size_t kBetweenReports = 1U << 16U;
-    for (size_t i = 0; i < truth_.cells.size(); ++i)
-    {
-      ask(truth_.cells[i], tally);
-      if (progress && (i + 1) % kBetweenReports == 0) progress(i + 1, truth_.cells.size());
-    }
-  }
-
- private:
-  void ask(const TrueCell& cell, PredictionTally& tally) const
-  {
-    const size_t layers = oneLayer_ ? 1 : parts_;
-    for (size_t x = 0; x < parts_; ++x)
-      for (size_t y = 0; y < parts_; ++y)
+    const TrueCell& cell = truth.cells[i];
+    for (size_t x = 0; x < parts; ++x)
+      for (size_t y = 0; y < parts; ++y)
         for (size_t z = 0; z < layers; ++z)
-          askAt(cell.centre_map + Eigen::Vector3d(offset(x, parts_), offset(y, parts_), offset(z, layers)),
-                cell.occupied, tally);
+          askAt(cell.centre_map + Eigen::Vector3d(offset(x, parts), offset(y, parts), offset(z, layers)),
+                cell.occupied);
+    if (progress && (i + 1) % kBetweenReports == 0) progress(i + 1, truth.cells.size());
   }
+}
 
-  double offset(size_t part, size_t parts) const
-  {
-    return (static_cast<double>(part) - (static_cast<double>(parts) - 1) / 2) * part_m_;
-  }
-
-  void askAt(Eigen::Vector3d point, bool occupied, PredictionTally& tally) const
-  {
-    if (layer_)
-    {
-      const double height_m = (*layer_ + 0.5) * map_.resolution();
-      if (!oneLayer_ && std::floor(point.z() / map_.resolution()) != *layer_) return;
-      point.z() = height_m;
-    }
-    tally.add(map_.estimateAt({point.x(), point.y(), point.z()}), occupied ? 1U : 0U, occupied ? 0U : 1U);
-  }
-
-  const CellMap& map_;
-  const Truth& truth_;
-  size_t parts_;
-  std::optional<int32_t> layer_;
-  bool oneLayer_;
-  double part_m_ = 0;
-};
-
-std::string extentText(const Eigen::Vector3d& low, const Eigen::Vector3d& high)
+std::string extentText(const Eigen::AlignedBox3d& box)
 {
+  const auto& [low, high] = std::pair(box.min(), box.max());
   return mrpt::format("x %g to %g, y %g to %g, z %g to %g m", low.x(), high.x(), low.y(), high.y(), low.z(),
                       high.z());
 }
 
+/// Both by the centres of their cells.
 [[noreturn]] void failWithoutOverlap(const CellMap& map, const std::string& name, const Truth& truth)
 {
   const auto extent = cellExtent(map);
   if (!extent) throw std::runtime_error(name + ": is empty, there is nothing to score");
-  Eigen::Vector3d low = truth.cells.front().centre_map;
-  Eigen::Vector3d high = low;
-  for (const TrueCell& cell : truth.cells)
-  {
-    low = low.cwiseMin(cell.centre_map);
-    high = high.cwiseMax(cell.centre_map);
-  }
-  throw std::runtime_error(
-      name + ": has observed none of the cells of " + truth.name + "; the map reaches " +
-      extentText(cellCentre(extent->first, map.resolution()), cellCentre(extent->last, map.resolution())) +
-      ", the truth " + extentText(low, high));
+  Eigen::AlignedBox3d ofTruth;
+  for (const TrueCell& cell : truth.cells) ofTruth.extend(cell.centre_map);
+  const Eigen::AlignedBox3d ofMap(cellCentre(extent->first, map.resolution()),
+                                  cellCentre(extent->last, map.resolution()));
+  throw std::runtime_error(name + ": has observed none of the cells of " + truth.name + "; the map reaches " +
+                           extentText(ofMap) + ", the truth " + extentText(ofTruth));
 }
 }  // namespace
 
@@ -164,8 +131,13 @@ void PredictionTally::join()
   observed_ = RankedPredictions(std::move(observed_)).ascending();
 }
 
-void PredictionTally::scoreInto(MapScores& scores, const std::vector<double>& thresholds)
+MapScores PredictionTally::scores(const std::string& name, const CellMap& map,
+                                  const std::vector<double>& thresholds)
 {
+  MapScores scores;
+  scores.name = name;
+  scores.className = map.className();
+  scores.resolution_m = map.resolution();
   RankedPredictions observed(std::move(observed_));
   observed_.clear();
   scores.observed = scoresOf(observed, thresholds);
@@ -173,6 +145,7 @@ void PredictionTally::scoreInto(MapScores& scores, const std::vector<double>& th
   all.push_back(unobserved_);
   unobserved_ = {kUnobservedProb, 0, 0};
   scores.all = scoresOf(RankedPredictions(std::move(all)), thresholds);
+  return scores;
 }
 
 std::optional<int32_t> layerOf(const mrpt::maps::CMetricMap* map)
@@ -185,21 +158,20 @@ std::optional<int32_t> layerOf(const mrpt::maps::CMetricMap* map)
 MapScores scoreMap(const OpenedMap& map, const std::string& name, const Truth& truth,
                    const std::vector<double>& thresholds, const CountSink& progress)
 {
-  MapScores scores;
-  scores.name = name;
-  scores.className = map.cells->className();
-  scores.resolution_m = map.cells->resolution();
-  const Sampling sampling = samplingOf(truth, scores.resolution_m, name);
-  if (!sampling.note.empty()) scores.notes.push_back(sampling.note);
+  const double resolution_m = map.cells->resolution();
+  const Sampling sampling = samplingOf(truth, resolution_m, name);
+  std::vector<std::string> notes;
+  if (!sampling.note.empty()) notes.push_back(sampling.note);
   const auto layer = layerOf(map.map.get());
   if (layer && !truth.isOneLayer())
-    scores.notes.push_back(mrpt::format("a map of one layer: only the truth's cells around z = %g m count",
-                                        (*layer + 0.5) * scores.resolution_m));
+    notes.push_back(mrpt::format("a map of one layer: only the truth's cells around z = %g m count",
+                                 (*layer + 0.5) * resolution_m));
 
   PredictionTally tally;
-  TruthWalk(*map.cells, truth, sampling, layer).run(tally, progress);
+  askAboutTruth(*map.cells, truth, sampling.partsAlongEdge, layer, tally, progress);
   if (tally.size() == 0) failWithoutOverlap(*map.cells, name, truth);
-  tally.scoreInto(scores, thresholds);
+  MapScores scores = tally.scores(name, *map.cells, thresholds);
+  scores.notes = std::move(notes);
   return scores;
 }
 

@@ -2,7 +2,7 @@
 
 #include <lamap_core/metrics/metrics.h>
 #include <lamap_tools/cells/cell_map.h>
-#include <lamap_tools/scores/truth.h>
+#include <lamap_tools/cells/truth.h>
 
 #include <cstdint>
 #include <functional>
@@ -70,8 +70,9 @@ class PredictionTally
   [[nodiscard]] size_t size() const { return observed_.size(); }
   /// Joins cells of equal probability, to save memory. Changes no score.
   void join();
-  /// Fills `all` and `observed`. Leaves the tally empty.
-  void scoreInto(MapScores& scores, const std::vector<double>& thresholds);
+  /// What the cells come to, without notes. Leaves the tally empty.
+  [[nodiscard]] MapScores scores(const std::string& name, const CellMap& map,
+                                 const std::vector<double>& thresholds);
 
  private:
   std::vector<PredictedCells> observed_;

@@ -1,4 +1,5 @@
 #include <lamap_mrpt/files/atomic_file.h>
+#include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/pictures/gnuplot.h>
@@ -7,12 +8,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <filesystem>
 #include <functional>
 #include <stdexcept>
 
-#include <lamap_tools/pictures/text_table.h>
+#include <lamap_tools/report/text_table.h>
 
 namespace lamap::tools
 {
@@ -27,19 +26,6 @@ struct CellSet
 };
 constexpr std::array<CellSet, 2> kSets{
     {{"all", "all cells", &MapScores::all}, {"observed", "observed cells", &MapScores::observed}}};
-
-std::string extensionOf(const std::string& path)
-{
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
-
-bool isPicture(const std::string& path)
-{
-  return extensionOf(path) == ".png";
-}
 
 void writeCsv(const std::vector<MapScores>& maps, const std::string& path, const std::string& columns,
               const std::function<void(FileOutput&, const std::string& head, const Scores&)>& writeSet)
@@ -71,53 +57,46 @@ std::string shortened(const std::string& title)
   return title.substr(0, kBegin) + "..." + title.substr(title.size() - (kMost - kBegin - 3));
 }
 
-/// Two panels side by side: all cells, observed cells; a curve for each map.
-class CurvePlot
+/// What is drawn of each map.
+struct Plot
 {
- public:
-  CurvePlot(const std::vector<MapScores>& maps, std::string axes, std::string style)
-      : maps_(maps), axes_(std::move(axes)), style_(std::move(style))
-  {
-  }
-
-  using PointsOf = std::function<std::string(const Scores&)>;
-  using TitleOf = std::function<std::string(const MapScores&, const Scores&)>;
-
-  void draw(const std::string& path, const PointsOf& pointsOf, const TitleOf& titleOf) const
-  {
-    std::string script =
-        "set multiplot layout 1,2\nset size ratio 1\nset grid lt 1 lw 1 lc rgb '#dddddd'\n"
-        "set xrange [0:1]\nset yrange [0:1]\n" +
-        axes_;
-    for (const CellSet& set : kSets) script += panel(set, pointsOf, titleOf);
-    // Room for a title a map below the panels.
-    drawWithGnuplot(script + "unset multiplot\n", path, 1200, 620 + 22 * static_cast<int>(maps_.size()));
-  }
-
- private:
-  std::string panel(const CellSet& set, const PointsOf& pointsOf, const TitleOf& titleOf) const
-  {
-    std::string blocks, curves;
-    for (size_t i = 0; i < maps_.size(); ++i)
-    {
-      const Scores& scores = maps_[i].*set.scores;
-      const std::string points = pointsOf(scores);
-      // Where there is no curve the name stands all the same: panels with as many names are equally large.
-      const std::string block = "$" + std::string(set.name) + std::to_string(i);
-      if (!points.empty()) blocks += block + " << EOD\n" + points + "EOD\n";
-      curves += ", " + (points.empty() ? "NaN" : block + " using 1:2") + " with " + style_ + " lw 2 lc " +
-                std::to_string(i + 1) + " title " + gnuplotText(shortened(titleOf(maps_[i], scores)));
-    }
-    return blocks + "set title " + gnuplotText(set.title) +
-           "\nset key outside below left Left reverse vertical maxcols 1\n"
-           "plot x with lines dt 2 lc rgb '#999999' notitle" +
-           curves + "\n";
-  }
-
-  const std::vector<MapScores>& maps_;
-  std::string axes_;
-  std::string style_;
+  std::string axes;
+  std::string style;
+  std::function<std::string(const Scores&)> points;
+  std::function<std::string(const MapScores&, const Scores&)> title;
 };
+
+/// One of two panels: a curve for each map.
+std::string panel(const std::vector<MapScores>& maps, const Plot& plot, const CellSet& set)
+{
+  std::string blocks, curves;
+  for (size_t i = 0; i < maps.size(); ++i)
+  {
+    const Scores& scores = maps[i].*set.scores;
+    const std::string points = plot.points(scores);
+    // Where there is no curve the name stands all the same: panels with as many names are equally large.
+    const std::string block = "$" + std::string(set.name) + std::to_string(i);
+    if (!points.empty()) blocks += block + " << EOD\n" + points + "EOD\n";
+    curves += ", " + (points.empty() ? "NaN" : block + " using 1:2") + " with " + plot.style + " lw 2 lc " +
+              std::to_string(i + 1) + " title " + gnuplotText(shortened(plot.title(maps[i], scores)));
+  }
+  return blocks + "set title " + gnuplotText(set.title) +
+         "\nset key outside below left Left reverse vertical maxcols 1\n"
+         "plot x with lines dt 2 lc rgb '#999999' notitle" +
+         curves + "\n";
+}
+
+/// Side by side: all cells, observed cells.
+void draw(const std::vector<MapScores>& maps, const Plot& plot, const std::string& path)
+{
+  std::string script =
+      "set multiplot layout 1,2\nset size ratio 1\nset grid lt 1 lw 1 lc rgb '#dddddd'\n"
+      "set xrange [0:1]\nset yrange [0:1]\n" +
+      plot.axes;
+  for (const CellSet& set : kSets) script += panel(maps, plot, set);
+  // Room for a title per map below the panels.
+  drawWithGnuplot(script + "unset multiplot\n", path, 1200, 620 + 22 * static_cast<int>(maps.size()));
+}
 
 std::string scoreText(const std::optional<double>& score)
 {
@@ -154,7 +133,7 @@ void requireCurveFile(const std::string& path)
   {
     const AtomicFile placeIsWritable(path);
   }
-  if (isPicture(path)) requireGnuplot(path);
+  if (extension == ".png") requireGnuplot(path);
 }
 
 void writeRocCurves(const std::vector<MapScores>& maps, const std::string& path)
@@ -163,7 +142,7 @@ void writeRocCurves(const std::vector<MapScores>& maps, const std::string& path)
       std::any_of(maps.begin(), maps.end(), [](const MapScores& map) { return !map.all.roc.empty(); });
   if (!any)
     throw std::runtime_error(path + ": there is no ROC curve, as the cells are all free or all occupied");
-  if (!isPicture(path))
+  if (extensionOf(path) == ".csv")
     return writeCsv(
         maps, path, "threshold,false_positive_rate,true_positive_rate",
         [](FileOutput& file, const std::string& head, const Scores& scores)
@@ -171,15 +150,16 @@ void writeRocCurves(const std::vector<MapScores>& maps, const std::string& path)
           for (const RocPoint& point : scores.roc)
             appendLine(file, head, {point.threshold, point.falsePositiveRate, point.truePositiveRate});
         });
-  CurvePlot(maps, "set xlabel 'false positive rate'\nset ylabel 'true positive rate'\n", "lines")
-      .draw(path, rocPoints,
-            [](const MapScores& map, const Scores& scores)
-            { return "AUC " + scoreText(scores.areaUnderRoc) + "  " + map.name; });
+  const auto title = [](const MapScores& map, const Scores& scores)
+  { return "AUC " + scoreText(scores.areaUnderRoc) + "  " + map.name; };
+  draw(maps,
+       {"set xlabel 'false positive rate'\nset ylabel 'true positive rate'\n", "lines", rocPoints, title},
+       path);
 }
 
 void writeCalibration(const std::vector<MapScores>& maps, const std::string& path)
 {
-  if (!isPicture(path))
+  if (extensionOf(path) == ".csv")
     return writeCsv(maps, path, "low,high,count,mean_prob,occupied_share",
                     [](FileOutput& file, const std::string& head, const Scores& scores)
                     {
@@ -193,11 +173,12 @@ void writeCalibration(const std::vector<MapScores>& maps, const std::string& pat
                           file.append(",,\n");
                       }
                     });
-  CurvePlot(maps, "set xlabel 'P(occupied) as the map says'\nset ylabel 'share of cells that are occupied'\n",
-            "linespoints pt 7")
-      .draw(path, calibrationPoints,
-            [](const MapScores& map, const Scores& scores)
-            { return "error " + scoreText(scores.calibrationError) + "  " + map.name; });
+  const auto title = [](const MapScores& map, const Scores& scores)
+  { return "error " + scoreText(scores.calibrationError) + "  " + map.name; };
+  draw(maps,
+       {"set xlabel 'P(occupied) as the map says'\nset ylabel 'share of cells that are occupied'\n",
+        "linespoints pt 7", calibrationPoints, title},
+       path);
 }
 
 }  // namespace lamap::tools

@@ -4,14 +4,12 @@
 
 #include <ostream>
 
-#include <lamap_tools/pictures/text_table.h>
+#include <lamap_tools/report/text_table.h>
 
 namespace lamap::tools
 {
 namespace
 {
-using Json = nlohmann::ordered_json;
-
 void printBlock(const std::vector<MapScores>& maps, const std::string& title, Scores MapScores::*set,
                 std::ostream& out)
 {
@@ -65,10 +63,7 @@ std::string oneClassNote(const Scores& scores, const char* which)
                       scores.occupied > 0 ? "occupied" : "free");
 }
 
-Json jsonOf(const std::optional<double>& score)
-{
-  return score ? Json(*score) : Json(nullptr);
-}
+using tools::jsonOf;
 
 Json jsonOf(const PrecisionRecall& score)
 {

@@ -1,9 +1,9 @@
 #pragma once
 
+#include <lamap_tools/report/json.h>
 #include <lamap_tools/scores/map_scores.h>
 
 #include <iosfwd>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -16,11 +16,11 @@ namespace lamap::tools
 void printScores(const std::vector<MapScores>& maps, const std::string& cells, std::ostream& out);
 
 /// The same of one map; null stands for what is undefined. Curves are left out.
-[[nodiscard]] nlohmann::ordered_json scoresJson(const MapScores& map);
+[[nodiscard]] Json scoresJson(const MapScores& map);
 
 /** How scores are made: what an unobserved cell counts as, the clip of the log loss, the number of bins, the
  * tolerance of thresholds. */
-[[nodiscard]] nlohmann::ordered_json scoringJson();
+[[nodiscard]] Json scoringJson();
 
 /** Refuses a file for curves that cannot be written, before any work.
  * @throws UsageError unless its name ends in .csv or .png; std::runtime_error naming it if it is a .png and

@@ -3,8 +3,10 @@
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_sim/truth.h>
 #include <lamap_tools/config/map_setup.h>
+#include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/output_paths.h>
+#include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/pose_track.h>
 #include <lamap_tools/simulate/simulate.h>
@@ -12,7 +14,6 @@
 #include <mrpt/rtti/CObject.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -34,18 +35,11 @@ using sim::World;
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
-bool endsWith(const std::string& text, const std::string& ending)
-{
-  return text.size() > ending.size() && text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
-}
-
 void requireKnown(const std::string& what, const std::string& name, const std::vector<std::string>& known)
 {
   if (std::find(known.begin(), known.end(), name) != known.end()) return;
-  std::string all;
-  for (const std::string& other : known) all += (all.empty() ? "" : ", ") + other;
   throw UsageError(what + " '" + name + "' is not known; did you mean " + nearestOf(name, known) +
-                   "? There are: " + all);
+                   "? There are: " + joined(known));
 }
 
 /// What a world is seen with where nothing else is said.
@@ -100,21 +94,14 @@ Motion motionFor(const SimulateOptions& options, const SensorModel& sensor)
 Pose poseFromText(const std::string& text)
 {
   std::vector<double> numbers;
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  while (at != end)
+  bool legal = true;
+  for (const std::string_view field : fieldsBetween(text, ","))
   {
-    double number = 0;
-    const auto read = std::from_chars(at, end, number);
-    if (read.ec != std::errc() || !std::isfinite(number)) break;
-    numbers.push_back(number);
-    at = read.ptr;
-    if (at != end && *at == ',' && at + 1 != end)
-      ++at;
-    else
-      break;
+    const auto number = numberIn<double>(field);
+    legal = legal && number && std::isfinite(*number);
+    numbers.push_back(number.value_or(0));
   }
-  if (at != end || numbers.size() < 3 || numbers.size() > 4)
+  if (!legal || numbers.size() < 3 || numbers.size() > 4)
     throw UsageError("--at " + text +
                      ": expected x,y,z or x,y,z,yaw in metres and degrees, e.g. 2,1.5,0.5,90");
   Pose pose;
@@ -256,13 +243,8 @@ void requireLegal(const SimulateOptions& options)
       throw UsageError("--truth " + path + ": the name must end in .csv or .bt");
   if (options.scans && *options.scans < 1)
     throw UsageError("--scans " + std::to_string(*options.scans) + ": must be 1 or more");
-  const auto require = [](bool legal, const char* name, double number, const char* what)
-  {
-    if (!legal) throw UsageError(std::string(name) + " " + shortest(number) + ": must be " + what);
-  };
-  const double resolution = options.resolution_m;
-  require(resolution > 0 && std::isfinite(resolution), "--resolution", resolution,
-          "finite and above 0, in m");
+  if (!(options.resolution_m > 0) || !std::isfinite(options.resolution_m))
+    throw UsageError("--resolution " + shortest(options.resolution_m) + ": must be finite and above 0, in m");
   if (options.odometryNoise > 0 && endsWith(options.outPath, ".simplemap"))
     throw UsageError("--odometry-noise: a .simplemap has no odometry; give --pose-noise, or a .rawlog");
   (void)truthDepthInCells(options);
@@ -395,7 +377,7 @@ class Simulation
     const auto log =
         endsWith(options_.outPath, ".rawlog") ? makeRawlog(out, logOptions) : makeSimplemap(out, logOptions);
     const auto pings = static_cast<size_t>(sensor_.pingsPerScan);
-    BuildProgress state;
+    Progress state;
     state.expected = report_.scans;
     state.input = options_.outPath;
     for (size_t shot = 0; shot < shots_.size(); ++shot)
@@ -437,7 +419,7 @@ class Simulation
     truth_ = sim::truthOf(world_, {options_.resolution_m, depth}, options_.shouldStop);
     if (options_.shouldStop()) return false;
     for (const sim::TrueCell& cell : truth_) ++(cell.solid ? report_.solidCells : report_.freeCells);
-    BuildProgress state;
+    Progress state;
     state.expected = truth_.size();
     for (const std::string& path : options_.truthPaths)
     {

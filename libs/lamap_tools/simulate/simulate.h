@@ -1,7 +1,7 @@
 #pragma once
 
 #include <lamap_sim/scanner.h>
-#include <lamap_tools/commands/map_build.h>
+#include <lamap_tools/report/progress_bar.h>
 
 #include <cstdint>
 #include <functional>

@@ -1,10 +1,11 @@
 #include <lamap_tools/cells/cell_map.h>
-#include <lamap_tools/scores/truth.h>
+#include <lamap_tools/cells/truth.h>
+#include <lamap_tools/files/file_names.h>
+#include <lamap_tools/files/text_fields.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -20,57 +21,27 @@ namespace
 /// Coordinates nearer to each other than this [m] are the same one, rounded differently.
 constexpr double kSameCoordinate_m = 1e-5;
 
-std::string_view trimmed(std::string_view text)
-{
-  const auto isBlank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && isBlank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && isBlank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
-std::vector<std::string_view> fieldsOf(std::string_view line)
-{
-  std::vector<std::string_view> fields;
-  for (;;)
-  {
-    const size_t comma = line.find(',');
-    fields.push_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return fields;
-    line.remove_prefix(comma + 1);
-  }
-}
-
-std::optional<double> numberIn(std::string_view field)
-{
-  if (!field.empty() && field.front() == '+') field.remove_prefix(1);
-  double number = 0;
-  const auto result = std::from_chars(field.data(), field.data() + field.size(), number);
-  if (result.ec != std::errc() || result.ptr != field.data() + field.size()) return std::nullopt;
-  return number;
-}
-
 /// Which fields of a line are x, y, z and label.
 struct Columns
 {
   std::array<size_t, 4> places{0, 1, 2, 3};
   size_t count = 4;
 };
-constexpr std::array<const char*, 4> kColumnNames{"x", "y", "z", "label"};
+const std::vector<std::string> kColumnNames{"x", "y", "z", "label"};
 
 /// A line with a field that is no number is a header if it stands first.
 std::optional<Columns> columnsOfHeader(const std::vector<std::string_view>& fields)
 {
-  if (std::all_of(fields.begin(), fields.end(), [](std::string_view f) { return numberIn(f).has_value(); }))
+  if (std::all_of(fields.begin(), fields.end(),
+                  [](auto field) { return numberIn<double>(field).has_value(); }))
     return std::nullopt;
-  Columns columns;
-  columns.count = fields.size();
-  for (size_t i = 0; i < kColumnNames.size(); ++i)
+  Columns columns{{}, fields.size()};
+  const auto places = placesOf(kColumnNames, fields);
+  for (size_t i = 0; i < places.size(); ++i)
   {
-    const auto found = std::find(fields.begin(), fields.end(), kColumnNames[i]);
-    if (found == fields.end())
-      throw std::runtime_error(std::string("the header names no column ") + kColumnNames[i] +
-                               ", expected x,y,z,label");
-    columns.places[i] = static_cast<size_t>(found - fields.begin());
+    if (!places[i])
+      throw std::runtime_error("the header names no column " + kColumnNames[i] + ", expected x,y,z,label");
+    columns.places[i] = *places[i];
   }
   return columns;
 }
@@ -82,14 +53,8 @@ TrueCell cellFrom(const std::vector<std::string_view>& fields, const Columns& co
                              std::to_string(columns.count) + " (x,y,z,label)");
   TrueCell cell;
   for (size_t axis = 0; axis < 3; ++axis)
-  {
-    const std::string_view field = fields[columns.places[axis]];
-    const auto number = numberIn(field);
-    if (!number || !std::isfinite(*number))
-      throw std::runtime_error(std::string(kColumnNames[axis]) + " is '" + std::string(field) +
-                               "', expected a finite number [m]");
-    cell.centre_map[static_cast<Eigen::Index>(axis)] = *number;
-  }
+    cell.centre_map[static_cast<Eigen::Index>(axis)] =
+        coordinateIn(fields[columns.places[axis]], kColumnNames[axis]);
   const std::string_view label = fields[columns.places[3]];
   if (label != "0" && label != "1")
     throw std::runtime_error("label is '" + std::string(label) + "', expected 1 (occupied) or 0 (free)");
@@ -139,14 +104,6 @@ std::optional<double> leastSpacing(const std::vector<TrueCell>& cells)
     }
   }
   return least;
-}
-
-bool isCsv(const std::string& path)
-{
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".csv";
 }
 
 Truth truthFromMap(const std::string& path)
@@ -201,35 +158,20 @@ Truth readTruthCsv(std::istream& in, const std::string& name)
   Truth truth;
   truth.name = name;
   std::vector<size_t> lines;
-  Columns columns;
-  bool first = true;
-  size_t number = 0;
-  for (std::string line; std::getline(in, line);)
-  {
-    ++number;
-    std::string_view content = line;
-    if (number == 1 && content.substr(0, 3) == "\xEF\xBB\xBF") content.remove_prefix(3);  // byte order mark
-    content = trimmed(content);
-    if (content.empty() || content.front() == '#') continue;
-    try
-    {
-      const auto fields = fieldsOf(content);
-      const auto header = first ? columnsOfHeader(fields) : std::nullopt;
-      first = false;
-      if (header)
-      {
-        columns = *header;
-        continue;
-      }
-      truth.cells.push_back(cellFrom(fields, columns));
-      lines.push_back(number);
-    }
-    catch (const std::runtime_error& error)
-    {
-      throw std::runtime_error(name + ":" + std::to_string(number) + ": " + error.what());
-    }
-  }
-  if (in.bad()) throw std::runtime_error(name + ": cannot be read: " + std::strerror(errno));
+  std::optional<Columns> columns;
+  forEachLine(in, name,
+              [&](std::string_view line, size_t number)
+              {
+                const auto fields = fieldsBetween(line, ",");
+                if (!columns)
+                {
+                  const auto header = columnsOfHeader(fields);
+                  columns = header.value_or(Columns());
+                  if (header) return;
+                }
+                truth.cells.push_back(cellFrom(fields, *columns));
+                lines.push_back(number);
+              });
   if (truth.cells.empty()) throw std::runtime_error(name + ": holds no cell; expected lines x,y,z,label");
   try
   {
@@ -246,7 +188,7 @@ Truth readTruthCsv(std::istream& in, const std::string& name)
 Truth readTruth(const std::string& path)
 {
   if (std::filesystem::is_directory(path)) throw std::runtime_error(path + ": is a folder, not a truth");
-  if (!isCsv(path)) return truthFromMap(path);
+  if (extensionOf(path) != ".csv") return truthFromMap(path);
   std::ifstream in(path);
   if (!in) throw std::runtime_error(path + ": cannot be opened: " + std::strerror(errno));
   return readTruthCsv(in, path);

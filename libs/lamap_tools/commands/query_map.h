@@ -1,10 +1,10 @@
 #pragma once
 
 #include <lamap_tools/cells/cell_map.h>
+#include <lamap_tools/report/json.h>
 #include <mrpt/math/TPoint3D.h>
 
 #include <iosfwd>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -28,7 +28,6 @@ namespace lamap::tools
 void writeAnswersCsv(const CellMap& map, const std::vector<mrpt::math::TPoint3D>& points, std::ostream& out);
 
 /// The same as an array of objects; null where there is no number.
-[[nodiscard]] nlohmann::ordered_json answersJson(const CellMap& map,
-                                                 const std::vector<mrpt::math::TPoint3D>& points);
+[[nodiscard]] Json answersJson(const CellMap& map, const std::vector<mrpt::math::TPoint3D>& points);
 
 }  // namespace lamap::tools

@@ -9,6 +9,7 @@
 #include <tsl/robin_map.h>
 
 #include <map>
+#include <optional>
 #include <string>
 
 namespace lamap::tools
@@ -62,5 +63,12 @@ void askAboutLabels(const CellMap& map, const ScanLabels& labels, PredictionTall
 /// How the scans that score this map label its cells. @param maxRange_m as HeldOutOptions::maxRange_m
 [[nodiscard]] LabelRules labelRulesFor(const mrpt::maps::CMetricMap& map, const CellMap& cells,
                                        double maxRange_m);
+
+/** The rays of an item in the map frame; nothing where it has none that can be read, whatever the reason
+ * (the inserter counts it). */
+[[nodiscard]] std::optional<Scan> scanOf(const ScanItem& item);
+
+/** How far the map's own insertion options let its rays reach [m]; 0: they say nothing. */
+[[nodiscard]] double maxRangeOf(const mrpt::maps::CMetricMap& map);
 
 }  // namespace lamap::tools

@@ -1,4 +1,4 @@
-#include <lamap_tools/pictures/text_table.h>
+#include <lamap_tools/report/text_table.h>
 
 #include <mrpt/core/format.h>
 

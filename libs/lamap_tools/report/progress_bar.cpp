@@ -1,4 +1,4 @@
-#include <lamap_tools/commands/progress_bar.h>
+#include <lamap_tools/report/progress_bar.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ ProgressBar::~ProgressBar()
   if (isTerminal_ && drawn_) out_ << "\n" << std::flush;
 }
 
-void ProgressBar::show(const BuildProgress& progress, Clock::time_point now)
+void ProgressBar::show(const Progress& progress, Clock::time_point now)
 {
   if (!started_)
   {

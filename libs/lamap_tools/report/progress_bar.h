@@ -1,13 +1,21 @@
 #pragma once
 
-#include <lamap_tools/commands/map_build.h>
-
 #include <chrono>
+#include <functional>
 #include <ostream>
 #include <string>
 
 namespace lamap::tools
 {
+/// How far a command is.
+struct Progress
+{
+  size_t done = 0;
+  size_t expected = 0;  ///< 0: not known
+  std::string input;    ///< path of the one that is being read
+};
+using ProgressSink = std::function<void(const Progress&)>;
+
 /** Shows how far a build or another long work is: on a terminal a bar that is redrawn, elsewhere a line from
  * time to time. */
 class ProgressBar
@@ -26,7 +34,7 @@ class ProgressBar
   ProgressBar& operator=(const ProgressBar&) = delete;
 
   /// Draws if enough time has passed since it last did, or at the end.
-  void show(const BuildProgress& progress, Clock::time_point now = Clock::now());
+  void show(const Progress& progress, Clock::time_point now = Clock::now());
 
  private:
   std::ostream& out_;

@@ -1,0 +1,160 @@
+#include "command_line.h"
+
+#include <lamap_tools/commands/query_map.h>
+#include <lamap_tools/files/text_fields.h>
+#include <lamap_tools/scores/score_report.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <utility>
+
+namespace lamap::app
+{
+namespace
+{
+std::atomic<bool> stopAsked{false};
+
+template <class Number>
+CLI::Validator numberFrom(Number low, Number high, const std::string& what)
+{
+  const auto judge = [=](std::string& text) -> std::string
+  {
+    // NaN is in no range.
+    if (const auto number = tools::numberIn<Number>(text); number && *number >= low && *number <= high)
+      return "";
+    return "'" + text + "' is not " + what;
+  };
+  return {judge, ""};
+}
+}  // namespace
+
+void addMapArgument(CLI::App& command, std::string& map)
+{
+  command.add_option("map", map, "A saved map (.lamap.gz), or OctoMap's .ot or .bt")->required();
+}
+
+std::vector<CLI::Option*> addLogOptions(CLI::App& command, LogArguments& arguments,
+                                        tools::InputOptions& inputs, unsigned& threads)
+{
+  constexpr int64_t kMostThreads = 1024;  // more than any machine has today are a mistake
+  return {command.add_option(
+              "--poses", inputs.posesPath,
+              "Poses in place of the log's (TUM format or MRPT's path text); for PCD files one per file"),
+          command.add_option("--sensor-origin", arguments.sensorOrigin,
+                             "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]"),
+          command.add_flag("--static", inputs.standingStill,
+                           "For rawlogs: the robot stood at the origin all the time"),
+          command.add_option("--threads", threads, "How many threads; 0: as many as the machine has")
+              ->check(wholeNumber(0, kMostThreads)),
+          addAllowTruncated(command, arguments.allowTruncated)};
+}
+
+CLI::Option* addAllowTruncated(CLI::App& command, bool& allowTruncated)
+{
+  return command.add_flag("--allow-truncated", allowTruncated, "A log that was cut short is no failure");
+}
+
+void prepareInputs(const LogArguments& arguments, tools::InputOptions& inputs)
+{
+  if (!arguments.sensorOrigin.empty())
+  {
+    const auto origin = tools::parsePoint(arguments.sensorOrigin);
+    inputs.sensorOrigin = {origin.x, origin.y, origin.z};
+  }
+  catchStopSignals();
+  inputs.shouldStop = stopRequested;
+}
+
+int tellDamages(bool allowTruncated, const std::vector<tools::InputReport>& inputs)
+{
+  if (!tools::damaged(inputs)) return 0;
+  for (const tools::InputReport& input : inputs)
+    for (const std::string& damage : input.damages)
+      std::cerr << "lamap: " << input.path << ": cut short or damaged: " << damage << "\n";
+  return allowTruncated ? 0 : kFailed;
+}
+
+std::vector<std::string> pathsRead(const tools::InputOptions& inputs, const std::vector<std::string>& others)
+{
+  std::vector<std::string> paths = inputs.paths;
+  paths.push_back(inputs.posesPath);
+  paths.insert(paths.end(), others.begin(), others.end());
+  return paths;
+}
+
+void addScoreOptions(CLI::App& command, ScoreArguments& arguments)
+{
+  command.add_option("--roc", arguments.roc, "Write the ROC curves: .csv or .png");
+  command.add_option("--calibration", arguments.calibration,
+                     "Write how often cells of each probability are occupied: .csv or .png");
+  command
+      .add_option("--thresholds", arguments.thresholds,
+                  "Probabilities at which precision and recall are given, e.g. 0.5,0.7")
+      ->delimiter(',')
+      ->check(numberFrom(0.0, 1.0, "a number from 0 to 1"))
+      ->capture_default_str();
+}
+
+void requireCurveFiles(const ScoreArguments& arguments)
+{
+  for (const std::string& path : arguments.paths())
+    if (!path.empty()) tools::requireCurveFile(path);
+}
+
+void writeCurves(const ScoreArguments& arguments, const std::vector<tools::MapScores>& maps)
+{
+  if (!arguments.roc.empty()) tools::writeRocCurves(maps, arguments.roc);
+  if (!arguments.calibration.empty()) tools::writeCalibration(maps, arguments.calibration);
+}
+
+CLI::Validator wordToNumber(std::map<std::string, int> words)
+{
+  const auto translate = [words = std::move(words)](std::string& text) -> std::string
+  {
+    std::vector<std::string> all;
+    for (const auto& [word, number] : words)
+    {
+      if (CLI::detail::to_lower(text) == CLI::detail::to_lower(word))
+      {
+        text = std::to_string(number);
+        return "";
+      }
+      all.push_back(word);
+    }
+    return "'" + text + "' is none of: " + tools::joined(all);
+  };
+  return {translate, ""};
+}
+
+CLI::Validator wholeNumber(int64_t low, int64_t high)
+{
+  return numberFrom(low, high, "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+}
+
+void catchStopSignals()
+{
+  struct sigaction action = {};
+  action.sa_handler = [](int) { stopAsked = true; };
+  action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+bool stopRequested()
+{
+  return stopAsked;
+}
+
+tools::ProgressBar makeProgressBar(const std::string& unit)
+{
+  return tools::ProgressBar(std::cerr, isatty(STDERR_FILENO) != 0, unit);
+}
+
+int stoppedByUser(const std::string& consequence)
+{
+  std::cerr << "lamap: stopped by the user" << consequence << "\n";
+  return kStopped;
+}
+
+}  // namespace lamap::app

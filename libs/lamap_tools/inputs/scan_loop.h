@@ -1,0 +1,31 @@
+#pragma once
+
+#include <lamap_tools/inputs/scan_source.h>
+#include <lamap_tools/report/progress_bar.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace lamap::tools
+{
+/** Calls the visitor for each item of the inputs in their order, and the sink after each.
+ * @return whether it came to the end before it was asked to stop */
+bool visitScans(const std::vector<std::unique_ptr<ScanSource>>& sources,
+                const std::function<bool()>& shouldStop, const ProgressSink& report,
+                const std::function<void(const ScanItem&)>& visitor);
+
+/// How an input was read.
+struct InputReport
+{
+  std::string path;
+  std::vector<std::string> notes;
+  std::vector<std::string> damages;  ///< what could not be read
+};
+
+[[nodiscard]] std::vector<InputReport> reportsOf(const std::vector<std::unique_ptr<ScanSource>>& sources);
+/// Whether any of them could not be read whole.
+[[nodiscard]] bool damaged(const std::vector<InputReport>& inputs);
+
+}  // namespace lamap::tools
