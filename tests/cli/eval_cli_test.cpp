@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/maps/CBGKMap.h>
+#include <mrpt/maps/CSimplePointsMap.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -32,6 +33,7 @@ class EvalCommand : public testing::Test
     }
     saveMapFile(map, folder_ / "a.lamap.gz");
     saveMapFile(CBGKMap(0.1), folder_ / "empty.lamap.gz");
+    saveMapFile(mrpt::maps::CSimplePointsMap(), folder_ / "points.lamap.gz");
     folder_.write("t.csv", truth);
     test::Objects log;
     for (int i = 0; i < 6; ++i)
@@ -61,6 +63,14 @@ class EvalCommand : public testing::Test
   std::string out_;
   std::string err_;
 };
+
+TEST_F(EvalCommand, RefusesAMapWithoutCellsByItsClass)
+{
+  EXPECT_EQ(run("$/points.lamap.gz --truth $/t.csv"), 1);
+  EXPECT_NE(err_.find("points.lamap.gz: its map is a mrpt::maps::CSimplePointsMap, which has no cells"),
+            std::string::npos)
+      << err_;
+}
 
 TEST_F(EvalCommand, ScoresSeveralMapsInOneTable)
 {

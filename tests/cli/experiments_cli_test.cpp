@@ -71,11 +71,12 @@ TEST_F(Experiment, Figure31KnowsTheWorldBetterWithEachStop)
     for (const auto& [before, after] : {std::pair{"1", "7"}, {"7", "14"}, {"14", "20"}})
     {
       EXPECT_GT(score(after, "auc"), score(before, "auc")) << preset << " after scan " << after;
-      // The thesis's sums of log-odds become too sure of themselves: its loss may rise a little. How much is
-      // a matter of luck, because gradient descent along ill-conditioned features makes much of a last bit.
-      const double slack = preset == "thesis" ? 0.1 : 0.0;
-      EXPECT_LT(score(after, "logLoss"), score(before, "logLoss") + slack)
-          << preset << " after scan " << after;
+      EXPECT_LT(score(after, "brier"), score(before, "brier")) << preset << " after scan " << after;
+      // The thesis's sums of log-odds become overconfident: its log loss may rise from one stop to the next.
+      if (preset == "default")
+      {
+        EXPECT_LT(score(after, "logLoss"), score(before, "logLoss")) << " after scan " << after;
+      }
     }
     EXPECT_GE(score("20", "auc"), 0.97) << preset;
     EXPECT_LT(score("20", "logLoss"), score("7", "logLoss")) << preset;

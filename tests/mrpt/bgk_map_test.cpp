@@ -10,7 +10,7 @@
 #include <limits>
 #include <random>
 
-#include "small_maps.h"
+#include <support/small_maps.h>
 
 namespace
 {
@@ -148,20 +148,6 @@ TEST(BgkMrptMap, ClearForgetsEvidenceAndKeepsOptions)
   EXPECT_EQ(map.boundingBox().max.x, 0);
 }
 
-TEST(BgkMrptMap, ThreadsChangeNothing)
-{
-  std::vector<uint8_t> first;
-  for (const unsigned threads : {1u, 2u, 5u})
-  {
-    CBGKMap map;
-    map.setThreadCount(threads);
-    map.insertScan(smallScan());
-    map.insertObservation(roomScan(2001));
-    if (first.empty()) first = bytesOf(map);
-    EXPECT_EQ(bytesOf(map), first) << threads;
-  }
-}
-
 TEST(BgkMrptMap, RaysLeftOutAreCountedAndToldOnce)
 {
   CBGKMap map;
@@ -224,21 +210,6 @@ TEST(BgkMrptMap, MergingEqualsInsertingThere)
   EXPECT_EQ(bytesOf(one), bytesOf(both));
   EXPECT_EQ(one.getAsSimplePointsMap()->size(), both.getAsSimplePointsMap()->size());
   EXPECT_THROW(one.merge(CBGKMap(0.2)), std::invalid_argument);
-}
-
-TEST(BgkMrptMap, ACopyIsDeep)
-{
-  CBGKMap map;
-  map.insertScan(smallScan());
-  const auto before = bytesOf(map);
-  CBGKMap copy(map);
-  EXPECT_EQ(bytesOf(copy), before);
-  copy.updateVoxel(0, 0, 0, true);
-  copy.insertionOptions.kernelScale = 2;
-  EXPECT_EQ(bytesOf(map), before);
-  EXPECT_NE(bytesOf(copy), before);
-  const std::unique_ptr<mrpt::rtti::CObject> clone(map.clone());
-  EXPECT_EQ(bytesOf(dynamic_cast<const CBGKMap&>(*clone)), before);
 }
 
 // ---- As COctoMap

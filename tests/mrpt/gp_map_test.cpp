@@ -9,8 +9,8 @@
 #include <limits>
 #include <memory>
 
-#include "made_maps.h"
-#include "small_maps.h"
+#include <support/made_maps.h>
+#include <support/small_maps.h>
 
 namespace
 {
@@ -65,60 +65,10 @@ Settings allOtherOptions()
           {"renderOpts.freeOpacity", "0.25"}};
 }
 
-/// Kinds of maps that files hold differently.
-std::vector<Settings> kinds()
-{
-  return {{},
-          {{"creationOpts.planar", "true"}},
-          {{"creationOpts.preset", "thesis"}},
-          {{"creationOpts.preset", "la3dm"}},
-          {{"creationOpts.fusion", "bayes"}, {"creationOpts.blockDepth", "5"}}};
-}
-
-std::string titleOf(const Settings& settings)
-{
-  return settings.empty() ? "defaults" : settings.front().first + " = " + settings.front().second;
-}
-
 TEST(GpMrptMap, AliasAndClassNameMakeTheMap)
 {
   for (const char* name : {"gpMap", "lamap::CGPMap"})
     EXPECT_EQ(made<CGPMap>({{"creationOpts.resolution", "0.3"}}, name).resolution(), 0.3);
-}
-
-TEST(GpMrptMap, LosesNothingInFilesAndGoesOnAsIfThereHadBeenNoPause)
-{
-  for (const Settings& settings : kinds())
-  {
-    SCOPED_TRACE(titleOf(settings));
-    CGPMap map = taught<CGPMap>(settings);
-    const auto bytes = bytesOf(map);
-    const auto loaded = std::dynamic_pointer_cast<CGPMap>(objectFrom(bytes));
-    ASSERT_TRUE(loaded);
-    EXPECT_EQ(bytesOf(*loaded), bytes);
-    ASSERT_GT(cellCount(map), 100U);
-    EXPECT_TRUE(cellsOf(*loaded) == cellsOf(map));
-    for (CGPMap* each : {&map, loaded.get()})
-      each->insertObservation(roomScan(), CPose3D(-0.2, 0.1, 0.1, -0.3, 0, 0));
-    EXPECT_EQ(bytesOf(*loaded), bytesOf(map));
-  }
-}
-
-TEST(GpMrptMap, EveryFlippedByteAndEveryCutIsNoticed)
-{
-  CGPMap map;
-  map.insertRay(0.5F, 0.1F, 0.1F, 0.0F, 0.0F, 0.1F);
-  const auto bytes = bytesOf(map);
-  const size_t header = 1 + std::string(map.GetRuntimeClass()->className).size();
-  for (size_t i = header; i + 1 < bytes.size(); i += 3)
-  {
-    auto damaged = bytes;
-    damaged[i] ^= 0x10;
-    EXPECT_ANY_THROW((void)objectFrom(damaged)) << "byte " << i << " of " << bytes.size();
-  }
-  for (size_t length = 0; length + 1 < bytes.size(); length += 17)
-    EXPECT_ANY_THROW((void)objectFrom({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length)}))
-        << length;
 }
 
 TEST(GpMrptMap, EveryOptionIsReadStoredCopiedAndWritten)
@@ -226,17 +176,6 @@ TEST(GpMrptMap, IllegalOptionsAreRefusedByName)
         << name << " = " << text << ": " << complaint({{name, text}});
 }
 
-TEST(GpMrptMap, ThreadsChangeNothing)
-{
-  CGPMap one;
-  CGPMap two;
-  one.setThreadCount(1);
-  two.setThreadCount(2);
-  for (CGPMap* map : {&one, &two})
-    for (const size_t rays : {181, 251}) map->insertObservation(roomScan(rays), kSecondPose);
-  EXPECT_EQ(bytesOf(one), bytesOf(two));
-}
-
 TEST(GpMrptMap, WallsAreOccupiedAndTheRoomIsFree)
 {
   CGPMap map;
@@ -276,27 +215,6 @@ TEST(GpMrptMap, TheTruePoseIsTheMostLikely)
     EXPECT_LT(map.computeObservationLikelihood(roomScan(), other), truth) << other;
 }
 
-TEST(GpMrptMap, APlanarMapTakesAnyHeight)
-{
-  CGPMap map = made<CGPMap>({{"creationOpts.planar", "true"}, {"creationOpts.planarHeight", "0.35"}});
-  map.insertObservation(roomScan());
-  ASSERT_TRUE(map.planarLayer());
-  EXPECT_EQ(*map.planarLayer(), 3);
-  EXPECT_EQ(map.estimateAt({1.5, 0.3, 7.0})->prob, map.estimateAt({1.5, 0.3, -2.0})->prob);
-  map.visitCells([](const lamap::CellIndex& cell, const lamap::CellEstimate&) { ASSERT_EQ(cell.z, 3); });
-}
-
-TEST(GpMrptMap, ScansFromNowhereAreLeftOut)
-{
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  CGPMap map = taught<CGPMap>();
-  const auto before = bytesOf(map);
-  for (const CPose3D& nowhere :
-       {CPose3D(kNaN, 0, 0, 0, 0, 0), CPose3D(1e30, 0, 0, 0, 0, 0), CPose3D(0, 0, 0, kNaN, 0, 0)})
-    EXPECT_FALSE(map.insertObservation(roomScan(61), nowhere)) << nowhere;
-  EXPECT_EQ(bytesOf(map), before);
-}
-
 TEST(GpMrptMap, AnUpdatedVoxelIsAGpOfOnePoint)
 {
   CGPMap map;
@@ -305,20 +223,6 @@ TEST(GpMrptMap, AnUpdatedVoxelIsAGpOfOnePoint)
   map.updateVoxel(0.05, 0.05, 0.05, false);
   EXPECT_EQ(map.estimateCell({0, 0, 0})->prob, 0.5);
   EXPECT_THROW(map.updateVoxel(1e300, 0, 0, true), std::invalid_argument);
-}
-
-TEST(GpMrptMap, MergingEqualsInsertingThere)
-{
-  CGPMap both;
-  CGPMap first;
-  CGPMap second;
-  both.insertObservation(roomScan());
-  both.insertObservation(roomScan(61), kSecondPose);
-  first.insertObservation(roomScan());
-  second.insertObservation(roomScan(61), kSecondPose);
-  first.merge(second);
-  EXPECT_EQ(bytesOf(first), bytesOf(both));
-  EXPECT_THROW(first.merge(made<CGPMap>({{"creationOpts.fusion", "bayes"}})), std::invalid_argument);
 }
 
 TEST(GpMrptMap, FilesOfVersion1LoadAsTheyWereAndSaveToTheSameBytes)

@@ -16,8 +16,8 @@
 #include <map>
 #include <tuple>
 
-#include "made_maps.h"
-#include "small_maps.h"
+#include <support/made_maps.h>
+#include <support/small_maps.h>
 
 namespace
 {
@@ -148,57 +148,6 @@ TYPED_TEST(HilbertMaps, AliasAndClassNameMakeTheMap)
                             "lamap::" + className.substr(className.rfind(':') + 1))
                 .resolution(),
             0.3);
-}
-
-TYPED_TEST(HilbertMaps, LoseNothingInFilesAndRepeatThemselves)
-{
-  for (const Settings& settings : kinds<TypeParam>())
-  {
-    SCOPED_TRACE(settings.empty() ? "defaults" : settings.front().first + " = " + settings.front().second);
-    const TypeParam map = taught<TypeParam>(settings);
-    const auto bytes = bytesOf(map);
-    const auto loaded = std::dynamic_pointer_cast<TypeParam>(objectFrom(bytes));
-    ASSERT_TRUE(loaded);
-    EXPECT_EQ(bytesOf(*loaded), bytes);
-    const auto cells = cellsOf(map);
-    ASSERT_GT(cells.size(), 100U);
-    EXPECT_TRUE(cellsOf(*loaded) == cells);
-    const mrpt::math::TPoint3D point(1.913, 0.134, 0.517);
-    ASSERT_EQ(map.estimateAt(point).has_value(), loaded->estimateAt(point).has_value());
-    if (!map.estimateAt(point)) continue;
-    EXPECT_EQ(map.estimateAt(point)->prob, loaded->estimateAt(point)->prob);
-  }
-}
-
-TYPED_TEST(HilbertMaps, GoOnAsIfThereHadBeenNoPause)
-{
-  for (const Settings& settings : kinds<TypeParam>())
-  {
-    SCOPED_TRACE(settings.empty() ? "defaults" : settings.front().first + " = " + settings.front().second);
-    TypeParam whole = taught<TypeParam>(settings);
-    const auto paused = std::dynamic_pointer_cast<TypeParam>(objectFrom(bytesOf(whole)));
-    ASSERT_TRUE(paused);
-    for (TypeParam* map : {&whole, paused.get()})
-      map->insertObservation(roomScan(), CPose3D(-0.2, 0.1, 0.1, -0.3, 0, 0));
-    EXPECT_EQ(bytesOf(*paused), bytesOf(whole));
-  }
-}
-
-TYPED_TEST(HilbertMaps, EveryFlippedByteAndEveryCutIsNoticed)
-{
-  TypeParam map = made<TypeParam>();
-  map.insertRay(0.5F, 0.1F, 0.1F, 0.0F, 0.0F, 0.1F);
-  const auto bytes = bytesOf(map);
-  const size_t header = 1 + std::string(map.GetRuntimeClass()->className).size();
-  for (size_t i = header; i + 1 < bytes.size(); i += 3)
-  {
-    auto damaged = bytes;
-    damaged[i] ^= 0x10;
-    EXPECT_ANY_THROW((void)objectFrom(damaged)) << "byte " << i << " of " << bytes.size();
-  }
-  for (size_t length = 0; length + 1 < bytes.size(); length += 17)
-    EXPECT_ANY_THROW((void)objectFrom({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length)}))
-        << length;
 }
 
 TYPED_TEST(HilbertMaps, EveryOptionIsReadStoredCopiedAndWritten)
@@ -350,17 +299,6 @@ TYPED_TEST(HilbertMaps, IllegalAndContradictingOptionsAreRefusedByName)
         << name << " = " << text << ": " << complaint({{name, text}});
 }
 
-TYPED_TEST(HilbertMaps, ThreadsChangeNothing)
-{
-  TypeParam one = made<TypeParam>();
-  TypeParam two = made<TypeParam>();
-  one.setThreadCount(1);
-  two.setThreadCount(2);
-  for (TypeParam* map : {&one, &two})
-    for (const size_t rays : {181, 251}) map->insertObservation(roomScan(rays), kSecondPose);
-  EXPECT_EQ(bytesOf(one), bytesOf(two));
-}
-
 TYPED_TEST(HilbertMaps, WallsAreOccupiedAndTheRoomIsFree)
 {
   TypeParam map = made<TypeParam>();
@@ -398,17 +336,6 @@ TYPED_TEST(HilbertMaps, TheTruePoseIsTheMostLikely)
   for (const CPose3D& other :
        {CPose3D(0.6, 0, 0, 0, 0, 0), CPose3D(0, -0.6, 0, 0, 0, 0), CPose3D(0, 0, 0, 0.4, 0, 0)})
     EXPECT_LT(map.computeObservationLikelihood(roomScan(), other), truth) << other;
-}
-
-TYPED_TEST(HilbertMaps, APlanarMapTakesAnyHeight)
-{
-  TypeParam map = made<TypeParam>({{"creationOpts.planar", "true"}, {"creationOpts.planarHeight", "0.35"}});
-  map.insertObservation(roomScan());
-  ASSERT_TRUE(map.planarLayer());
-  EXPECT_EQ(*map.planarLayer(), 3);
-  ASSERT_TRUE(map.estimateAt({1.5, 0.3, 7.0}));
-  EXPECT_EQ(map.estimateAt({1.5, 0.3, 7.0})->prob, map.estimateAt({1.5, 0.3, -2.0})->prob);
-  map.visitCells([](const lamap::CellIndex& cell, const lamap::CellEstimate&) { ASSERT_EQ(cell.z, 3); });
 }
 
 TYPED_TEST(HilbertMaps, ScansThatTeachLittleGiveFiniteMaps)
@@ -581,19 +508,6 @@ TEST(OverlappingMrptMap, AnUpdatedVoxelTakesOneHitOrOneFreePoint)
   map.updateVoxel(0.05, 0.05, 0.05, false);
   EXPECT_NEAR(map.estimateCell({0, 0, 0})->evidence[0], 0.6 * 1, 1e-5);
   EXPECT_THROW(map.updateVoxel(1e300, 0, 0, true), std::invalid_argument);
-}
-
-TEST(OverlappingMrptMap, MergingEqualsInsertingThere)
-{
-  COverlappingHilbertMap both;
-  COverlappingHilbertMap first;
-  COverlappingHilbertMap second;
-  both.insertObservation(roomScan());
-  both.insertObservation(roomScan(61), kSecondPose);
-  first.insertObservation(roomScan());
-  second.insertObservation(roomScan(61), kSecondPose);
-  first.merge(second);
-  EXPECT_EQ(bytesOf(first), bytesOf(both));
 }
 
 TYPED_TEST(HilbertMaps, FilesOfVersion1LoadAsTheyWereAndSaveToTheSameBytes)

@@ -8,7 +8,7 @@
 #include <iostream>
 #include <set>
 
-#include "made_maps.h"
+#include <support/made_maps.h>
 
 namespace
 {

@@ -7,7 +7,7 @@
 #include <mrpt/obs/CObservationPointCloud.h>
 #include <mrpt/obs/CObservationRange.h>
 
-#include "small_maps.h"
+#include <support/small_maps.h>
 
 namespace
 {

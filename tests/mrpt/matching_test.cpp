@@ -7,7 +7,7 @@
 #include <limits>
 #include <thread>
 
-#include "small_maps.h"
+#include <support/small_maps.h>
 
 namespace
 {

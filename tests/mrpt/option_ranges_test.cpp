@@ -11,7 +11,7 @@
 #include <optional>
 #include <set>
 
-#include "made_maps.h"
+#include <support/made_maps.h>
 #include "option_tables.h"
 
 namespace

@@ -11,7 +11,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "small_maps.h"
+#include <support/small_maps.h>
 
 namespace
 {

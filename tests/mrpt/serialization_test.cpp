@@ -13,7 +13,7 @@
 #include <map>
 #include <random>
 
-#include "small_maps.h"
+#include <support/small_maps.h>
 
 namespace
 {
@@ -102,17 +102,6 @@ TEST(Serialization, LosesNothingAndRepeatsItself)
   }
 }
 
-TEST(Serialization, GoesOnAsIfThereHadBeenNoPause)
-{
-  CBGKMap whole;
-  whole.insertScan(smallScan());
-  const auto paused = std::dynamic_pointer_cast<CBGKMap>(objectFrom(bytesOf(whole)));
-  const mrpt::poses::CPose3D pose(0.3, 0.2, 0.1, 0.5, 0, 0);
-  whole.insertObservation(roomScan(), pose);
-  paused->insertObservation(roomScan(), pose);
-  EXPECT_EQ(bytesOf(*paused), bytesOf(whole));
-}
-
 TEST(Serialization, PriorMapsOfPriorMapsAreIncluded)
 {
   const TemporaryFolder folder;
@@ -166,25 +155,6 @@ std::string complaintAbout(const std::vector<uint8_t>& bytes)
     return lamap::compat::messageOf(error);
   }
   return "";
-}
-
-TEST(Serialization, EveryFlippedByteAndEveryCutIsNoticed)
-{
-  CBGKMap map;
-  map.updateVoxel(0.05, 0.05, 0.05, true);
-  map.updateVoxel(5.05, 0.05, 0.05, false);
-  const auto bytes = bytesOf(map);
-  // The class's name comes first, the object's end mark last; both are MRPT's own.
-  const size_t header = 1 + std::string("lamap::CBGKMap").size();
-  for (size_t i = header; i + 1 < bytes.size(); ++i)
-  {
-    auto damaged = bytes;
-    damaged[i] ^= 0x10;
-    EXPECT_NE(complaintAbout(damaged), "") << "byte " << i << " of " << bytes.size();
-  }
-  for (size_t length = 0; length + 1 < bytes.size(); length += 7)
-    EXPECT_NE(complaintAbout({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length)}), "")
-        << length;
 }
 
 TEST(Serialization, ANewerVersionIsRefusedAsSuch)

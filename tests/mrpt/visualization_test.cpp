@@ -4,7 +4,7 @@
 
 #include <set>
 
-#include "small_maps.h"
+#include <support/small_maps.h>
 
 namespace
 {

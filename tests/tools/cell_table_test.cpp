@@ -9,12 +9,15 @@
 #include <cmath>
 
 #include "support/temporary_folder.h"
+#include "tools/cell_rows.h"
 #include "tools/hand_made_cells.h"
 
 namespace
 {
 using namespace lamap;
 using namespace lamap::tools;
+using lamap::test::CellTable;
+using lamap::test::readCellTable;
 using test::HandMadeCells;
 
 /// One layer after the other, each in an order that is not the table's.

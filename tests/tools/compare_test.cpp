@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_tools/commands/compare.h>
+#include <lamap_tools/commands/held_out.h>
 #include <lamap_tools/files/usage_error.h>
 
 #include <fstream>

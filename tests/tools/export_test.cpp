@@ -14,12 +14,15 @@
 #include <sstream>
 
 #include "support/temporary_folder.h"
+#include "tools/cell_rows.h"
 #include "tools/hand_made_cells.h"
 
 namespace
 {
 using namespace lamap;
 using namespace lamap::tools;
+using lamap::test::CellTable;
+using lamap::test::readCellTable;
 using test::HandMadeCells;
 using test::TemporaryFolder;
 

@@ -2,7 +2,9 @@
 #include <lamap_core/training/scan_labels.h>
 #include <lamap_mrpt/observations/observation_rays.h>
 #include <lamap_tools/commands/held_out.h>
+#include <lamap_tools/commands/map_build.h>
 #include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/scores/held_out_cells.h>
 
 #include <cmath>
 #include <stdexcept>
@@ -199,8 +201,7 @@ TEST(HeldOut, StopsWhenAskedTo)
   HeldOutOptions options = optionsFor(folder / "a.rawlog", 3);
   size_t done = 0;
   options.inputs.shouldStop = [&] { return done >= 4; };
-  const HeldOutReport report =
-      scoreHeldOut(options, [&](const BuildProgress& progress) { done = progress.done; });
+  const HeldOutReport report = scoreHeldOut(options, [&](const Progress& progress) { done = progress.done; });
   EXPECT_TRUE(report.stopped);
   EXPECT_EQ(done, 4U);
 }

@@ -3,8 +3,8 @@
 #include <lamap_mrpt/maps/CBGKMap.h>
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/commands/map_build.h>
-#include <lamap_tools/commands/progress_bar.h>
 #include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/report/progress_bar.h>
 #include <mrpt/maps/COctoMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservationComment.h>
@@ -302,7 +302,7 @@ TEST(Build, AskedToStopItFinishesTheScanAndSaves)
   auto options = optionsFor("bgkMap", {folder / "a.rawlog"}, folder / "stopped.lamap.gz");
   bool stop = false;
   options.inputs.shouldStop = [&] { return stop; };
-  const auto report = buildMap(options, [&](const BuildProgress& progress) { stop = progress.done == 5; });
+  const auto report = buildMap(options, [&](const Progress& progress) { stop = progress.done == 5; });
   EXPECT_TRUE(report.stopped);
   EXPECT_TRUE(report.saved);
   EXPECT_EQ(report.scans.usedCount(), 5U);

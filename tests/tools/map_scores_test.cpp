@@ -31,7 +31,7 @@ Truth truth(const std::string& text)
 
 OpenedMap opened(const HandMadeCells& cells)
 {
-  return {nullptr, std::make_unique<HandMadeCells>(cells)};
+  return {nullptr, std::make_unique<HandMadeCells>(cells), std::nullopt};
 }
 
 MapScores score(const HandMadeCells& cells, const std::string& text,

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/maps/CBGKMap.h>
-#include <lamap_tools/cells/query_map.h>
 #include <lamap_tools/commands/map_info.h>
+#include <lamap_tools/commands/query_map.h>
 #include <lamap_tools/files/usage_error.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 

@@ -376,16 +376,21 @@ TEST(Rawlog, ForeignFilesAreRefusedByName)
 
 TEST(TrialRun, OutlivesWhatItsAttemptDoesNot)
 {
+  using Step = std::function<void()>;
+  using Bytes = std::vector<uint8_t>;
   const auto never = [] { return false; };
-  const auto well = tryInChild([](const std::function<void()>& step) { step(), step(); }, never);
+  const Bytes large(3'000'000, 7);
+  const auto well = tryInChild([&](const Step& step) { return step(), step(), large; }, never);
   EXPECT_EQ(well.steps, 2U);
   EXPECT_FALSE(well.failure.has_value());
-  const auto crashed = tryInChild([](const std::function<void()>& step) { step(), std::abort(); }, never);
+  EXPECT_EQ(well.found, large);
+  const auto crashed = tryInChild([](const Step& step) { return step(), std::abort(), Bytes(1); }, never);
   EXPECT_EQ(crashed.steps, 1U);
   EXPECT_TRUE(crashed.failure.has_value());
-  const auto threw = tryInChild([](const std::function<void()>&) { throw std::runtime_error("x"); }, never);
+  EXPECT_TRUE(crashed.found.empty());
+  const auto threw = tryInChild([](const Step&) -> Bytes { throw std::runtime_error("x"); }, never);
   EXPECT_TRUE(threw.failure.has_value());
-  const auto stopped = tryInChild([](const std::function<void()>&) { pause(); }, [] { return true; });
+  const auto stopped = tryInChild([](const Step&) { return pause(), Bytes(); }, [] { return true; });
   EXPECT_TRUE(stopped.stopped);
   EXPECT_FALSE(stopped.failure.has_value());
 }

@@ -3,10 +3,10 @@
 #include <lamap_mrpt/maps/CBGKMap.h>
 #include <lamap_mrpt/observations/observation_rays.h>
 #include <lamap_tools/cells/cell_map.h>
+#include <lamap_tools/cells/truth.h>
 #include <lamap_tools/commands/map_build.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/pose_track.h>
-#include <lamap_tools/scores/truth.h>
 #include <lamap_tools/simulate/simulate.h>
 #include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>

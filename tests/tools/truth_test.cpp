@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 #include <lamap_tools/cells/octomap_file.h>
-#include <lamap_tools/scores/truth.h>
+#include <lamap_tools/cells/truth.h>
 
 #include <sstream>
 #include <stdexcept>

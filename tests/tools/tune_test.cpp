@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <lamap_core/training/scan_labels.h>
 #include <lamap_mrpt/observations/observation_rays.h>
+#include <lamap_tools/commands/held_out.h>
 #include <lamap_tools/commands/tune.h>
 #include <lamap_tools/config/map_setup.h>
 #include <lamap_tools/files/usage_error.h>
