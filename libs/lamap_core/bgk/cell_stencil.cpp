@@ -130,13 +130,22 @@ Layers CellStencil::addByCounting(MaskNeighbourhood& neighbourhood, BlockSums& s
   constexpr size_t kRows = kEdge * kEdge;
   const PaddedRows rows(neighbourhood, reach_);
   Layers reached;
+  for (int fromZ = -reach_; fromZ < kEdge + reach_; ++fromZ)
+  {
+    if (rows.anyInLayer(fromZ))
+      reached.include({std::max(0, fromZ - reachZ_), std::min(kEdge, fromZ + reachZ_ + 1)});
+  }
+  if (!reached.any()) return reached;
   std::vector<uint64_t>& counts = neighbourhood.counts;
-  counts.clear();
+  counts.resize(weights_.size() * kRows);
+  for (size_t squared = 0; squared < weights_.size(); ++squared)
+  {
+    uint64_t* const count = &counts[squared * kRows];
+    std::fill(count + reached.begin * kEdge, count + reached.end * kEdge, uint64_t{0});
+  }
   for (int fromZ = -reach_; fromZ < kEdge + reach_; ++fromZ)
   {
     if (!rows.anyInLayer(fromZ)) continue;
-    if (counts.empty()) counts.assign(weights_.size() * kRows, 0);
-    reached.include({std::max(0, fromZ - reachZ_), std::min(kEdge, fromZ + reachZ_ + 1)});
     for (int j = 0; j <= reach_; ++j)
     {
       // Byte i: the number of marked cells among i − j and i + j of the row (j = 0: only cell i).
