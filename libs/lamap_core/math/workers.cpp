@@ -22,7 +22,10 @@ Workers::Workers(unsigned threads)
 
 void Workers::deal(size_t count, void (*call)(void* visitor, size_t i), void* visitor) const
 {
-  arena_->execute([&] { tbb::parallel_for(size_t{0}, count, [&](size_t i) { call(visitor, i); }); });
+  if (threads_ == 1 || count < 2)
+    for (size_t i = 0; i < count; ++i) call(visitor, i);
+  else
+    arena_->execute([&] { tbb::parallel_for(size_t{0}, count, [&](size_t i) { call(visitor, i); }); });
 }
 
 void Workers::enter(void (*call)(void* work), void* work) const

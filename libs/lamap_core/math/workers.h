@@ -22,14 +22,10 @@ class Workers
   template <typename Visit>
   void forEach(size_t count, Visit&& visit) const
   {
-    if (threads_ == 1 || count < 2)
-    {
-      for (size_t i = 0; i < count; ++i) visit(i);
-      return;
-    }
-    deal(
-        count, [](void* visitor, size_t i) { (*static_cast<std::remove_reference_t<Visit>*>(visitor))(i); },
-        addressOf(visit));
+    // Compiled once, for one thread and for several: inlined into the caller, hot loops come out slower.
+    const auto call = [](void* visitor, size_t i)
+    { (*static_cast<std::remove_reference_t<Visit>*>(visitor))(i); };
+    deal(count, call, addressOf(visit));
   }
 
   /// Calls work(), which may use oneTBB itself, with as many threads.
