@@ -95,7 +95,7 @@ ReachedLogodds RegularSum::sumRows(const AxisWindow& x) const
     }
   ReachedLogodds result;
   result.logodds = (sum[0] + sum[1]) + (sum[2] + sum[3]);
-  // Weights may cancel, or all be 0: then it is to be looked at whether there are any.
+  // Weights may cancel or all be zero; check whether any site is within reach.
   result.reached = result.logodds != 0.0f || (box_.anySite && reaches(x));
   return result;
 }

@@ -50,12 +50,6 @@ SamplingRules HilbertSampling::rules() const
   return rules;
 }
 
-bool operator==(const HilbertSampling& a, const HilbertSampling& b)
-{
-  return a.trainingPoints == b.trainingPoints && a.freeMargin == b.freeMargin &&
-         a.freeResolution == b.freeResolution && a.hitWeight == b.hitWeight && a.freeWeight == b.freeWeight;
-}
-
 bool HilbertUncertainty::any() const
 {
   return !pose.isZero(0) || rangeStd_m > 0 || !point.isZero(0);

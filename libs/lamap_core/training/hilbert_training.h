@@ -26,8 +26,6 @@ struct HilbertSampling
   double freeWeight = 1.0;      ///< weight of a free point [-], ≥ 0; 0: no free points
 
   [[nodiscard]] SamplingRules rules() const;
-
-  friend bool operator==(const HilbertSampling& a, const HilbertSampling& b);
 };
 
 /// What makes a scan's points uncertain, as options (thesis 3.2.4; Ramos and Ott 2015).

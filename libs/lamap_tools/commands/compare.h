@@ -30,7 +30,7 @@ struct CompareOptions
   std::vector<std::string> settings;
   /// As of readTruth(); empty: none.
   std::string truthPath;
-  /// Instead of a truth: every so many-th scan of each sensor is kept from the maps and scored, ≥ 2; 0: none.
+  /// Instead of a truth: every Nth scan of each sensor is kept from the maps and scored, ≥ 2; 0: none.
   size_t heldOutEvery = 0;
   /// With heldOutEvery, as HeldOutOptions::maxRange_m; 0: the farthest that one of the maps inserts.
   double maxRange_m = 0;

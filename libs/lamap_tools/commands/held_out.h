@@ -13,7 +13,7 @@ struct HeldOutOptions
 {
   InputOptions inputs;
   MapRequest map;
-  /// Every so many-th scan of each sensor is kept from the map and scored, ≥ 2.
+  /// Every Nth scan of each sensor is kept from the map and scored, ≥ 2.
   size_t every = 10;
   /// Of the scans that are scored [m]; 0: the map's own insertion option, and what the observation states
   /// where that says nothing. To be given where maps are compared.

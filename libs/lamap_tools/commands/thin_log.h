@@ -13,12 +13,12 @@
 
 namespace lamap::tools
 {
-/** A scan as a sensor with fewer beams would have taken it: every so many-th ray, equally far apart as
+/** A scan as a sensor with fewer beams would have taken it: every Nth ray, equally far apart as
  * before.
  *
  * Of a CObservation2DRangeScan the rays in the middle of its fan are kept; where these are not symmetric
  * about its axis, sensorPose turns by less than the angle between two of its rays. Of a
- * CObservationPointCloud every so many-th point is kept, and it no longer is stored externally.
+ * CObservationPointCloud every Nth point is kept, and it no longer is stored externally.
  * @param every ≥ 1. @return nothing for an observation that has no rays (odometry, IMU, an image …)
  * @throws std::runtime_error naming the class of an observation whose rays cannot be taken out */
 [[nodiscard]] std::optional<mrpt::obs::CObservation::Ptr> thinned(const mrpt::obs::CObservation& observation,
@@ -42,7 +42,7 @@ struct ThinReport
   bool stopped = false;  ///< because it was asked to: nothing is saved then
 };
 
-/** Writes a log again with every so many-th ray of its scans; poses, actions and all else stay.
+/** Writes a log again with every Nth ray of its scans; poses, actions and all else stay.
  * @throws UsageError if the options do not go together; std::runtime_error naming the file if one cannot be
  * read at all or written, or a scan in it cannot be thinned: then nothing is written */
 [[nodiscard]] ThinReport thinLog(const ThinOptions& options, const ProgressSink& progress = nullptr);

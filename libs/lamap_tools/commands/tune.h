@@ -18,7 +18,7 @@ struct TuneOptions
   /// The map and its settings. A setting with several values separated by commas,
   /// "insertOpts.kernelSupport=0.1,0.2,0.3", is searched; the others are fixed.
   MapRequest map;
-  /// Every so many-th scan of each sensor is kept from the maps and scored, ≥ 2.
+  /// Every Nth scan of each sensor is kept from the maps and scored, ≥ 2.
   size_t every = 10;
   /// Instead: every scan is scored by what the map knows before it is given the scan.
   bool prequential = false;

@@ -14,7 +14,7 @@
 
 namespace lamap::tools
 {
-/// Chooses every so many-th scan of each sensor. Belongs to one thread.
+/// Chooses every Nth scan of each sensor. Belongs to one thread.
 class HeldOutChoice
 {
  public:
