@@ -162,7 +162,7 @@ TEST(BgkMrptMap, RaysLeftOutAreCountedAndToldOnce)
   const auto factOf = [&](const std::string& name)
   {
     for (const auto& fact : facts)
-      if (fact.name == name) return fact.value;
+      if (fact.name == name) return fact.text();
     return std::string("absent");
   };
   EXPECT_EQ(factOf("rays with a hit"), "5");

@@ -149,7 +149,7 @@ TEST(IdleSettings, AreToldOnceAndWithTheReason)
   const Settings settings = {{"insertOpts.hitDownsampling", "0.75"}};
   const std::string said = cellsAndWarnings<CBGKMap>(settings).second;
   EXPECT_EQ(said,
-            "warning: lamap::CBGKMap: insertOpts.hitDownsampling = 0.75 has no effect: it has one only where "
+            "warning: lamap::CBGKMap: insertOpts.hitDownsampling = 0.75 has no effect: it matters only if "
             "insertOpts.trainingPoints is centroids (it is cells)\n");
   EXPECT_EQ(cellsAndWarnings<CBGKMap>(settings).second, "");
 }
@@ -157,10 +157,10 @@ TEST(IdleSettings, AreToldOnceAndWithTheReason)
 TEST(IdleSettings, PosesWithoutTheCovarianceThatIsToCountAreTold)
 {
   const Settings settings = {{"insertOpts.usePoseCovariance", "true"}};
-  EXPECT_EQ(cellsAndWarnings<CHilbertMap>(settings).second,
-            "warning: insertOpts.usePoseCovariance = true: the pose of a scan came without a covariance, or "
-            "with one "
-            "of zero; such scans count as certain\n");
+  EXPECT_EQ(
+      cellsAndWarnings<CHilbertMap>(settings).second,
+      "warning: insertOpts.usePoseCovariance = true: the pose of a scan has no covariance, or a zero one; "
+      "such scans count as certain\n");
   EXPECT_EQ(cellsAndWarnings<CHilbertMap>({}).second, "");
 }
 

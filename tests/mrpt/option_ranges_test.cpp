@@ -180,12 +180,12 @@ struct Asked
         {
           if (section == "creationOpts")
           {
-            mrpt::io::CMemoryStream stream;
-            auto archive = mrpt::serialization::archiveFrom(stream);
-            definition.creationOpts.writeToStream(archive);
-            stream.Seek(0);
-            typename Map::TCreationOptions().readFromStream(archive);
-            return;
+            lamap::ByteWriter bytes;
+            definition.creationOpts.write(bytes);
+            lamap::ByteReader reader(bytes.bytes());
+            typename Map::TCreationOptions read;
+            read.read(reader);
+            return read.validate();
           }
           Map map(definition.creationOpts);
           map.insertionOptions = definition.insertionOpts;

@@ -62,16 +62,15 @@ TYPED_TEST(OptionGroupTest, EveryOptionSurvivesAnIniFile)
   EXPECT_TRUE(loaded.sameOptions(changed));
 }
 
-TYPED_TEST(OptionGroupTest, EveryOptionSurvivesAStream)
+TYPED_TEST(OptionGroupTest, EveryOptionSurvivesAsBytes)
 {
   TypeParam changed;
   setAllToOthers(changed);
-  mrpt::io::CMemoryStream stream;
-  auto archive = mrpt::serialization::archiveFrom(stream);
-  changed.writeToStream(archive);
-  stream.Seek(0);
+  lamap::ByteWriter bytes;
+  changed.write(bytes);
+  lamap::ByteReader reader(bytes.bytes());
   TypeParam read;
-  read.readFromStream(archive);
+  read.read(reader);
   EXPECT_TRUE(read.sameOptions(changed));
 }
 
@@ -123,13 +122,12 @@ TEST(Options, LengthsMayBeLeftEmpty)
 {
   CBGKMap::TInsertionOptions options;
   ASSERT_FALSE(options.kernelSupport);
-  mrpt::io::CMemoryStream stream;
-  auto archive = mrpt::serialization::archiveFrom(stream);
-  options.writeToStream(archive);
-  stream.Seek(0);
+  lamap::ByteWriter bytes;
+  options.write(bytes);
+  lamap::ByteReader reader(bytes.bytes());
   CBGKMap::TInsertionOptions read;
   read.kernelSupport = 3.0;
-  read.readFromStream(archive);
+  read.read(reader);
   EXPECT_FALSE(read.kernelSupport);
   std::ostringstream out;
   options.dumpToTextStream(out);
@@ -421,11 +419,12 @@ void expectSameOptions(const CBGKMap& map, const CBGKMap& expected)
 {
   const auto values = map.optionValues();
   const auto due = expected.optionValues();
+  const auto usual = CBGKMap().optionValues();
   ASSERT_EQ(values.size(), due.size());
   for (size_t i = 0; i < due.size(); ++i)
   {
     EXPECT_EQ(values[i].text, due[i].text) << due[i].section << "." << due[i].key;
-    EXPECT_NE(values[i].text, values[i].defaultText) << due[i].section << "." << due[i].key;
+    EXPECT_NE(values[i].text, usual[i].text) << due[i].section << "." << due[i].key;
   }
   EXPECT_EQ(map.genericMapParams.enableSaveAs3DObject, expected.genericMapParams.enableSaveAs3DObject);
   EXPECT_EQ(map.genericMapParams.enableObservationLikelihood,
@@ -471,17 +470,16 @@ TEST(MapOptions, EveryOneSurvivesAFileEvenWithoutThePriorMapsFile)
   ASSERT_TRUE(loaded->core().priorMap());
 }
 
-TEST(MapOptions, AreListedWithDefaultsAndMeaning)
+TEST(MapOptions, AreListedWithContentAndUnit)
 {
   const CBGKMap map(0.2);
   bool found = false;
   for (const auto& value : map.optionValues())
   {
-    EXPECT_FALSE(value.legal.empty()) << value.key;
     if (value.section != "insertOpts" || value.key != "kernelSupport") continue;
     found = true;
+    EXPECT_EQ(std::get<double>(value.content), 0.4);
     EXPECT_EQ(value.text, "0.4");
-    EXPECT_EQ(value.defaultText, "2 cells");
     EXPECT_EQ(value.unit, "m");
   }
   EXPECT_TRUE(found);

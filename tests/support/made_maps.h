@@ -96,7 +96,7 @@ template <typename Map>
 std::map<std::string, std::string> factsOf(const Map& map)
 {
   std::map<std::string, std::string> facts;
-  for (const auto& fact : map.facts()) facts[fact.name] = fact.value;
+  for (const auto& fact : map.facts()) facts[fact.name] = fact.text();
   return facts;
 }
 

@@ -246,7 +246,7 @@ TEST(Build, CountsWhatItLeavesOutAndWhy)
                                  odometry(at(1), 0, 0, 0)});
   const auto report = buildMap(optionsFor("bgkMap", {folder / "a.rawlog"}, folder / "a.lamap.gz"));
   EXPECT_EQ(report.scans.usedCount(), 1U);
-  EXPECT_EQ(report.scans.leftOutCount(), 3U);
+  EXPECT_EQ(report.scans.leftOut.size(), 3U);
   std::ostringstream text;
   printReport(report, text);
   for (const std::string word :
@@ -357,12 +357,12 @@ TEST(ProgressBar, IsRedrawnOnATerminalAndGivesFewLinesElsewhere)
   const std::string terminal = draw(true);
   EXPECT_EQ(std::count(terminal.begin(), terminal.end(), '\r'), 401);
   EXPECT_EQ(std::count(terminal.begin(), terminal.end(), '\n'), 1);
-  EXPECT_NE(terminal.find("[######..................] 100 of 400 scans, 10.0 a second, 0:30 left"),
+  EXPECT_NE(terminal.find("[######..................] 100 of 400 scans, 10.0 per second, 0:30 left"),
             std::string::npos);
   const std::string plain = draw(false);
   EXPECT_EQ(plain,
-            "100 of 400 scans, 10.0 a second, 0:30 left\n200 of 400 scans, 10.0 a second, 0:20 left\n"
-            "300 of 400 scans, 10.0 a second, 0:10 left\n400 of 400 scans, 10.0 a second, 0:00 left\n");
+            "100 of 400 scans, 10.0 per second, 0:30 left\n200 of 400 scans, 10.0 per second, 0:20 left\n"
+            "300 of 400 scans, 10.0 per second, 0:10 left\n400 of 400 scans, 10.0 per second, 0:00 left\n");
   EXPECT_EQ(durationText(3723.4), "1:02:03");
 }
 }  // namespace

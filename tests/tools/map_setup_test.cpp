@@ -194,6 +194,7 @@ TEST(ConfigFile, NamesLinesThatAreNoAssignment)
   for (const std::string line : {"resolution 0.05", "resolution: 0.05", "garbage"})
     expectRefusal(with(line), false, {"line 5", line, "map_bgkMap_00_creationOpts"});
   EXPECT_EQ(refusalOf(with("resolution = 0.05  // [m]")).text, "");
+  EXPECT_EQ(refusalOf(with("\r\nresolution = 0.05\r\n\r")).text, "") << "lines end as on Windows";
 }
 
 TEST(StockConfig, IsAcceptedIfItAsksForOurMapAndAllOfItIsRead)

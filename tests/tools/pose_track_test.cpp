@@ -72,7 +72,7 @@ TEST(PoseTrack, GivesPosesAtTheirOwnTimesUnchangedAndNoneOutside)
   EXPECT_EQ(*track.at(at(1)), first);
   EXPECT_FALSE(track.at(at(0.999)).has_value());
   EXPECT_FALSE(track.at(at(2.001)).has_value());
-  EXPECT_FALSE(PoseTrack().at(at(1)).has_value());
+  EXPECT_FALSE(PoseTrack({}).at(at(1)).has_value());
 }
 
 TEST(PoseTrack, TheLastOfSeveralPosesOfATimeCounts)

@@ -57,43 +57,20 @@ template <typename Created = CreatedMap, typename T>
 
 namespace detail
 {
-template <typename T, typename = void>
-struct HasKeyframes : std::false_type
-{
-};
-template <typename T>
-struct HasKeyframes<T, std::void_t<decltype(std::declval<const T&>().get(std::size_t{}).pose)>>
-    : std::true_type
-{
-};
+/// Whether a type has what an expression asks of it.
+template <template <typename> typename Expression, typename T, typename = void>
+inline constexpr bool has = false;
+template <template <typename> typename Expression, typename T>
+inline constexpr bool has<Expression, T, std::void_t<Expression<T>>> = true;
 
-template <typename T, typename = void>
-struct HasOrganizedPoints : std::false_type
-{
-};
 template <typename T>
-struct HasOrganizedPoints<T, std::void_t<decltype(std::declval<const T&>().organizedPoints)>> : std::true_type
-{
-};
-
-template <typename T, typename = void>
-struct CanBeExternallyStored : std::false_type
-{
-};
+using KeyframePose = decltype(std::declval<const T&>().get(std::size_t{}).pose);
 template <typename T>
-struct CanBeExternallyStored<T, std::void_t<decltype(std::declval<const T&>().isExternallyStored())>>
-    : std::true_type
-{
-};
-
-template <typename T, typename = void>
-struct HasConeAperture : std::false_type
-{
-};
+using OrganizedPoints = decltype(std::declval<const T&>().organizedPoints);
 template <typename T>
-struct HasConeAperture<T, std::void_t<decltype(std::declval<const T&>().sensorConeAperture)>> : std::true_type
-{
-};
+using ExternallyStored = decltype(std::declval<const T&>().isExternallyStored());
+template <typename T>
+using ConeAperture = decltype(std::declval<const T&>().sensorConeAperture);
 }  // namespace detail
 
 /// One pose of a simple map and the observations from it.
@@ -107,7 +84,7 @@ struct Keyframe
 template <typename SimpleMap = mrpt::maps::CSimpleMap>
 [[nodiscard]] Keyframe keyframeAt(const SimpleMap& map, std::size_t index)
 {
-  if constexpr (detail::HasKeyframes<SimpleMap>::value)
+  if constexpr (detail::has<detail::KeyframePose, SimpleMap>)
   {
     const auto& keyframe = map.get(index);
     return {keyframe.pose, keyframe.sf};
@@ -123,7 +100,7 @@ template <typename SimpleMap = mrpt::maps::CSimpleMap>
 template <typename Range = mrpt::obs::CObservationRange>
 [[nodiscard]] double coneApertureOf(const Range& range)
 {
-  if constexpr (detail::HasConeAperture<Range>::value)
+  if constexpr (detail::has<detail::ConeAperture, Range>)
     return range.sensorConeAperture;
   else
     return range.sensorConeApperture;
@@ -133,7 +110,7 @@ template <typename Range = mrpt::obs::CObservationRange>
 template <typename Rotating = mrpt::obs::CObservationRotatingScan>
 [[nodiscard]] bool isExternallyStored([[maybe_unused]] const Rotating& rotating)
 {
-  if constexpr (detail::CanBeExternallyStored<Rotating>::value)
+  if constexpr (detail::has<detail::ExternallyStored, Rotating>)
     return rotating.isExternallyStored();
   else
     return false;
@@ -143,7 +120,7 @@ template <typename Rotating = mrpt::obs::CObservationRotatingScan>
 template <typename Rotating = mrpt::obs::CObservationRotatingScan>
 [[nodiscard]] bool hasOrganizedPoints([[maybe_unused]] const Rotating& rotating)
 {
-  if constexpr (detail::HasOrganizedPoints<Rotating>::value)
+  if constexpr (detail::has<detail::OrganizedPoints, Rotating>)
     return isExternallyStored(rotating) || rotating.organizedPoints.size() != 0;
   else
     return false;
@@ -153,7 +130,7 @@ template <typename Rotating = mrpt::obs::CObservationRotatingScan>
 template <typename Visitor, typename Rotating = mrpt::obs::CObservationRotatingScan>
 void forEachOrganizedPoint([[maybe_unused]] const Rotating& rotating, [[maybe_unused]] const Visitor& visit)
 {
-  if constexpr (detail::HasOrganizedPoints<Rotating>::value)
+  if constexpr (detail::has<detail::OrganizedPoints, Rotating>)
   {
     const auto& points = rotating.organizedPoints;
     if (points.rows() != rotating.rangeImage.rows() || points.cols() != rotating.rangeImage.cols())

@@ -1,5 +1,6 @@
 #include <fcntl.h>
 #include <lamap_mrpt/files/atomic_file.h>
+#include <mrpt/core/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -82,9 +83,7 @@ std::string randomWord()
 {
   static std::atomic<unsigned> counter{0};
   std::random_device device;
-  char word[32];
-  std::snprintf(word, sizeof word, "%08x%x", device(), counter++);
-  return word;
+  return mrpt::format("%08x%x", device(), counter++);
 }
 
 /// Creates a new empty file beside the destination, with the permissions of the umask.
@@ -98,7 +97,7 @@ std::string createBeside(const fs::path& destination, const std::string& named)
 
   for (int attempt = 0; attempt < 100; ++attempt)
   {
-    const std::string temporary = (folder / (".partial-" + randomWord() + "-" + name)).string();
+    std::string temporary = (folder / (".partial-" + randomWord() + "-" + name)).string();
     const Descriptor created(temporary, O_WRONLY | O_CREAT | O_EXCL);
     if (created.isOpen()) return temporary;
     if (errno != EEXIST) refuse(named, systemReason(errno) + " (in the folder '" + folder.string() + "')");

@@ -79,7 +79,6 @@ class ByteWriter
     bytes_.insert(bytes_.end(), characters.begin(), characters.end());
   }
 
-  void reserve(std::size_t byteCount) { bytes_.reserve(byteCount); }
   [[nodiscard]] const std::vector<uint8_t>& bytes() const { return bytes_; }
   /// Hands the bytes over; the writer is empty afterwards.
   [[nodiscard]] std::vector<uint8_t> take() { return std::exchange(bytes_, {}); }

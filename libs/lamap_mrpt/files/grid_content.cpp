@@ -1,5 +1,7 @@
 #include <lamap_mrpt/files/grid_content.h>
 
+#include <lamap_mrpt/files/content_parts.h>
+
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -35,9 +37,7 @@ void writeGrid(const Evidence& grid, ByteWriter& out)
   for (const BlockIndex& index : blocks)
   {
     const EvidenceBlock& block = *grid.find(index);
-    out.number(index.x);
-    out.number(index.y);
-    out.number(index.z);
+    writeIndex(index, out);
     out.number(static_cast<uint8_t>((block.wide() ? kWide : 0) | (block.pruned() ? kPruned : 0)));
     out.vector(block.words());
   }
@@ -45,16 +45,13 @@ void writeGrid(const Evidence& grid, ByteWriter& out)
 
 void readGrid(Evidence& grid, std::optional<int32_t> planarLayer, ByteReader& in)
 {
-  constexpr size_t kLeastBytesOfBlock = 3 * sizeof(int32_t) + 1 + sizeof(uint64_t);
+  constexpr size_t kLeastBytesOfBlock = kIndexBytes + 1 + sizeof(uint64_t);
   const auto count = in.number<uint64_t>();
   in.requireElements(count, kLeastBytesOfBlock);
   std::optional<BlockIndex> last;
   for (uint64_t i = 0; i < count; ++i)
   {
-    BlockIndex index;
-    index.x = in.number<int32_t>();
-    index.y = in.number<int32_t>();
-    index.z = in.number<int32_t>();
+    const auto index = readIndex<BlockIndex>(in);
     requirePlace(grid, planarLayer, index, in);
     if (last && !(*last < index)) in.fail("blocks are not in their order");
     last = index;

@@ -5,6 +5,7 @@
 #include <lamap_mrpt/files/payload.h>
 #include <mrpt/rtti/CObject.h>
 #include <mrpt/serialization/CArchive.h>
+#include <mrpt/serialization/CSerializable.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
@@ -304,39 +305,17 @@ std::optional<ObjectHeader> headerOf(const std::vector<uint8_t>& bytes)
   return isName ? std::optional(header) : std::nullopt;
 }
 
-/// An archive that keeps the beginning of what is written, and drops the rest.
-class HeaderProbe : public CArchive
-{
- public:
-  [[nodiscard]] const std::vector<uint8_t>& bytes() const { return bytes_; }
-
- protected:
-  std::size_t write(const void* bytes, std::size_t count) override
-  {
-    const auto* first = static_cast<const uint8_t*>(bytes);
-    if (bytes_.size() < 256) bytes_.insert(bytes_.end(), first, first + std::min<std::size_t>(count, 256));
-    return count;
-  }
-  std::size_t read(void* /*bytes*/, std::size_t /*count*/) override
-  {
-    throw std::logic_error("HeaderProbe cannot be read");
-  }
-
- private:
-  std::vector<uint8_t> bytes_;
-};
-
 /// The version that this program writes of a class; nothing where an empty object cannot be written.
 std::optional<uint8_t> versionWritten(const mrpt::rtti::TRuntimeClassId& classId)
 {
   try
   {
-    HeaderProbe probe;
     const auto object = std::dynamic_pointer_cast<CSerializable>(
         std::shared_ptr<mrpt::rtti::CObject>(classId.createObject()));
     if (!object) return std::nullopt;
-    probe << *object;
-    const auto header = headerOf(probe.bytes());
+    std::vector<uint8_t> bytes;
+    mrpt::serialization::ObjectToOctetVector(object.get(), bytes);
+    const auto header = headerOf(bytes);
     return header ? std::optional(header->version) : std::nullopt;
   }
   catch (const std::exception&)

@@ -1,9 +1,9 @@
 #include <lamap_mrpt/files/payload.h>
+#include <mrpt/core/format.h>
 #include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -22,13 +22,6 @@ uint32_t crcOf(const std::vector<uint8_t>& bytes)
   for (std::size_t done = 0; done < bytes.size(); done += kPayloadChunk)
     crc = crc32(crc, bytes.data() + done, static_cast<uInt>(std::min(kPayloadChunk, bytes.size() - done)));
   return static_cast<uint32_t>(crc);
-}
-
-std::string hex(uint32_t number)
-{
-  char digits[9];
-  std::snprintf(digits, sizeof digits, "%08x", number);
-  return digits;
 }
 
 // CArchive::ReadBuffer may return fewer bytes than were asked for, and throws only where there are none at
@@ -104,8 +97,8 @@ std::vector<uint8_t> readPayload(mrpt::serialization::CArchive& archive)
                                std::to_string(length) + " bytes are there");
   }
   if (const uint32_t crc = crcOf(payload); crc != crcStored)
-    throw std::runtime_error("the map's content is damaged: its CRC-32 is " + hex(crc) +
-                             ", the file states " + hex(crcStored));
+    throw std::runtime_error(mrpt::format(
+        "the map's content is damaged: its CRC-32 is %08x, the file states %08x", crc, crcStored));
   return payload;
 }
 

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace lamap
 {
@@ -89,6 +90,8 @@ const OptionTable& CLearnedMap::TRenderingOptions::optionTable() const
   return table;
 }
 
+// Not the copy constructor of CMetricMap, which would copy its observers.
+// NOLINTNEXTLINE(bugprone-copy-constructor-init)
 CLearnedMap::CLearnedMap(const CLearnedMap& other)
     : mrpt::maps::CMetricMap(),
       NearestCells(),
@@ -124,21 +127,23 @@ std::optional<CellEstimate> CLearnedMap::estimateCell(const CellIndex& cell) con
   return estimateAt({centre.x(), centre.y(), centre.z()});
 }
 
+std::string CLearnedMap::Fact::text() const
+{
+  if (const auto* count = std::get_if<uint64_t>(&number)) return std::to_string(*count);
+  return roundedText(std::get<double>(number));
+}
+
 std::vector<OptionValue> CLearnedMap::optionValues() const
 {
   std::vector<OptionValue> values;
   visitOptionGroups(
-      [&](const TOptionGroup& now, TOptionGroup& untouched)
+      [&](const TOptionGroup& now, const TOptionGroup&)
       {
         for (const Option& option : now.optionTable().options())
         {
-          const auto text = [&](const TOptionGroup& group)
-          {
-            const std::string set = option.textOf(group);
-            return set.empty() ? option.emptyText : set;
-          };
-          values.push_back({now.optionTable().name(), option.key, text(now), text(untouched), option.unit,
-                            option.legalText(), option.doc});
+          const std::string text = option.textOf(now);
+          values.push_back({now.optionTable().name(), option.key, option.get(now),
+                            text.empty() ? option.emptyText : text, option.unit});
         }
       });
   return values;
@@ -270,9 +275,10 @@ void CLearnedMap::saveMetricMapRepresentationToFile(const std::string& prefix) c
 
 std::string CLearnedMap::asString() const
 {
-  std::string text = std::string(GetRuntimeClass()->className) + ": ";
+  std::string text = GetRuntimeClass()->className;
+  std::string separator = ": ";
   for (const Fact& fact : facts())
-    text += (text.back() == ' ' && text[text.size() - 2] == ':' ? "" : "; ") + fact.name + " " + fact.value +
+    text += std::exchange(separator, "; ") + fact.name + " " + fact.text() +
             (fact.unit.empty() ? "" : " " + fact.unit);
   return text;
 }
@@ -364,36 +370,30 @@ std::vector<CLearnedMap::Fact> CLearnedMap::cellFacts(const CellVisitor& also) c
         occupied += estimate.state == CellState::Occupied;
         if (also) also(cell, estimate);
       });
-  return {{"resolution", roundedText(resolution()), "m"},
-          {"cells", std::to_string(cells), ""},
-          {"occupied cells", std::to_string(occupied), ""},
-          {"free cells", std::to_string(free), ""},
-          {"unknown cells", std::to_string(cells - occupied - free), ""}};
-}
-
-CLearnedMap::Fact CLearnedMap::memoryFact() const
-{
-  constexpr double kMiB = 1024.0 * 1024.0;
-  return {"memory", fixedText(static_cast<double>(memoryBytes()) / kMiB, 3), "MiB"};
+  return {{"resolution", resolution(), "m"},
+          {"cells", cells},
+          {"occupied cells", occupied},
+          {"free cells", free},
+          {"unknown cells", cells - occupied - free}};
 }
 
 std::vector<CLearnedMap::Fact> CLearnedMap::scanFacts() const
 {
-  std::vector<Fact> facts;
-  const auto add = [&](const std::string& name, size_t count, const std::string& unit) {
-    facts.push_back({name, std::to_string(count), unit});
-  };
   if (scansUsed_ == 0 && tallied_.used() == 0 && tallied_.leftOut() == 0 && scansUnreadable_ == 0)
-    return facts;  // a map that was only loaded
-  add("scans inserted in this session", scansUsed_, "");
-  add("rays with a hit", tallied_.hits, "");
-  add("rays as free space only", tallied_.freeOnly, "");
-  add("rays left out", tallied_.leftOut(), "");
-  if (tallied_.notFinite) add("rays left out, not finite", tallied_.notFinite, "");
-  if (tallied_.tooNear) add("rays left out, too near", tallied_.tooNear, "");
-  if (tallied_.unbounded) add("rays left out, without return", tallied_.unbounded, "");
-  if (tallied_.outside) add("rays left out, out of reach of the indices", tallied_.outside, "");
-  if (scansUnreadable_) add("observations that could not be read", scansUnreadable_, "");
+    return {};  // a map that was only loaded
+  std::vector<Fact> facts{{"scans inserted in this session", scansUsed_},
+                          {"rays with a hit", tallied_.hits},
+                          {"rays as free space only", tallied_.freeOnly},
+                          {"rays left out", tallied_.leftOut()}};
+  const auto addIfAny = [&](const char* name, size_t count)
+  {
+    if (count > 0) facts.push_back({name, count});
+  };
+  addIfAny("rays left out, not finite", tallied_.notFinite);
+  addIfAny("rays left out, too near", tallied_.tooNear);
+  addIfAny("rays left out, without return", tallied_.unbounded);
+  addIfAny("rays left out, out of reach of the indices", tallied_.outside);
+  addIfAny("observations that could not be read", scansUnreadable_);
   return facts;
 }
 
@@ -465,8 +465,7 @@ std::shared_ptr<const OccupiedCells> CLearnedMap::occupiedCells() const
 
 std::shared_ptr<const ObservedBox> CLearnedMap::observedBox() const
 {
-  return box_.get([](const ObservedBox&) { return true; },
-                  [&] { return std::make_shared<const ObservedBox>(*this); });
+  return box_.get([&] { return std::make_shared<const ObservedBox>(*this); });
 }
 
 }  // namespace lamap

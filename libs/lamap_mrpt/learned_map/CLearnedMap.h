@@ -19,6 +19,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace lamap
@@ -56,12 +57,15 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   /// The short name in .ini files, e.g. "bgkMap".
   [[nodiscard]] virtual std::string alias() const = 0;
 
-  /// Facts about the map for a report: (name, value as text, unit or "").
+  /// A fact about the map, for a report.
   struct Fact
   {
     std::string name;
-    std::string value;
-    std::string unit;
+    std::variant<uint64_t, double> number;  ///< a count or a measure
+    std::string unit{};                     ///< "" for a plain number
+
+    /// The number; a measure is rounded to six digits.
+    [[nodiscard]] std::string text() const;
   };
   [[nodiscard]] virtual std::vector<Fact> facts() const = 0;
 
@@ -107,7 +111,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   using VisitGroup = std::function<void(const TOptionGroup& now, TOptionGroup& untouched)>;
   virtual void visitOptionGroups(const VisitGroup& visit) const = 0;
 
-  /// Every option of every group as text.
+  /// Every option of every group.
   [[nodiscard]] std::vector<OptionValue> optionValues() const;
 
   /** Whether an option already has the value that a text states; e.g. "30" and "3e1" are equal.
@@ -235,7 +239,6 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
 
   /// Number of cells in each state. @param also called for each cell during the count
   [[nodiscard]] std::vector<Fact> cellFacts(const CellVisitor& also = {}) const;
-  [[nodiscard]] Fact memoryFact() const;
   /// What became of the scans of this session.
   [[nodiscard]] std::vector<Fact> scanFacts() const;
 

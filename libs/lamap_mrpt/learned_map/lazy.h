@@ -32,6 +32,13 @@ class Lazy
     return made_;
   }
 
+  /// For an object that is valid until reset().
+  template <typename Make>
+  [[nodiscard]] std::shared_ptr<const T> get(Make&& make) const
+  {
+    return get([](const T&) { return true; }, make);
+  }
+
   void reset()
   {
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -135,7 +135,7 @@ void matchPoints(const CSimplePointsMap& mine, const CPointsMap& others,
 
 std::shared_ptr<const CSimplePointsMap> CLearnedMap::cellsToSearch(bool plane) const
 {
-  return plane ? occupiedCells()->forPlane() : occupiedCells()->forSpace();
+  return occupiedCells()->searchable(plane);
 }
 
 void CLearnedMap::determineMatching2D(const CMetricMap* otherMap, const mrpt::poses::CPose2D& otherMapPose,

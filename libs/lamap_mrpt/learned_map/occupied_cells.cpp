@@ -6,23 +6,6 @@
 
 namespace lamap
 {
-namespace
-{
-using mrpt::maps::CSimplePointsMap;
-
-/// A copy with its tree and box already computed, so that its const methods only read.
-template <typename BuildTree>
-std::shared_ptr<const CSimplePointsMap> searchable(const CSimplePointsMap& points, BuildTree&& buildTree)
-{
-  auto copy = std::make_shared<CSimplePointsMap>(points);
-  if (!copy->empty()) buildTree(*copy);
-  copy->boundingBox();
-  return copy;
-}
-
-constexpr auto kAlways = [](const CSimplePointsMap&) { return true; };
-}  // namespace
-
 OccupiedCells::OccupiedCells(const CLearnedMap& map) : thresholds_(map.stateThresholds())
 {
   std::vector<CellIndex> cells;
@@ -43,32 +26,19 @@ OccupiedCells::OccupiedCells(const CLearnedMap& map) : thresholds_(map.stateThre
   points_.boundingBox();
 }
 
-std::shared_ptr<const CSimplePointsMap> OccupiedCells::forPlane() const
+std::shared_ptr<const mrpt::maps::CSimplePointsMap> OccupiedCells::searchable(bool plane) const
 {
-  return forPlane_.get(kAlways,
-                       [&]
-                       {
-                         return searchable(points_,
-                                           [](const CSimplePointsMap& copy)
-                                           {
-                                             float squaredDistance = 0;
-                                             copy.kdTreeClosestPoint2D(0, 0, squaredDistance);
-                                           });
-                       });
-}
-
-std::shared_ptr<const CSimplePointsMap> OccupiedCells::forSpace() const
-{
-  return forSpace_.get(kAlways,
-                       [&]
-                       {
-                         return searchable(points_,
-                                           [](const CSimplePointsMap& copy)
-                                           {
-                                             float squaredDistance = 0;
-                                             copy.kdTreeClosestPoint3D(0, 0, 0, squaredDistance);
-                                           });
-                       });
+  return searchable_[plane ? 0 : 1].get(
+      [&]
+      {
+        auto copy = std::make_shared<mrpt::maps::CSimplePointsMap>(points_);
+        // Computes the tree and the box, so that const methods only read.
+        float squaredDistance = 0;
+        if (plane && !copy->empty()) copy->kdTreeClosestPoint2D(0, 0, squaredDistance);
+        if (!plane && !copy->empty()) copy->kdTreeClosestPoint3D(0, 0, 0, squaredDistance);
+        copy->boundingBox();
+        return copy;
+      });
 }
 
 ObservedBox::ObservedBox(const CLearnedMap& map)

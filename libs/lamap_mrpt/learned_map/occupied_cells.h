@@ -1,9 +1,12 @@
 #pragma once
 
-#include <lamap_core/bgk/options.h>
 #include <lamap_core/grid/cell.h>
+#include <lamap_core/grid/state_thresholds.h>
 #include <lamap_mrpt/learned_map/lazy.h>
 #include <mrpt/maps/CSimplePointsMap.h>
+
+#include <array>
+#include <memory>
 
 namespace lamap
 {
@@ -22,16 +25,13 @@ class OccupiedCells
   /// The thresholds by which they are occupied.
   [[nodiscard]] const StateThresholds& thresholds() const { return thresholds_; }
   [[nodiscard]] const mrpt::maps::CSimplePointsMap& points() const { return points_; }
-  /// The same points, for searches in the plane only.
-  [[nodiscard]] std::shared_ptr<const mrpt::maps::CSimplePointsMap> forPlane() const;
-  /// The same points, for searches in space only.
-  [[nodiscard]] std::shared_ptr<const mrpt::maps::CSimplePointsMap> forSpace() const;
+  /// The same points, for searches in the plane only or in space only.
+  [[nodiscard]] std::shared_ptr<const mrpt::maps::CSimplePointsMap> searchable(bool plane) const;
 
  private:
   StateThresholds thresholds_;
   mrpt::maps::CSimplePointsMap points_;
-  Lazy<mrpt::maps::CSimplePointsMap> forPlane_;
-  Lazy<mrpt::maps::CSimplePointsMap> forSpace_;
+  std::array<Lazy<mrpt::maps::CSimplePointsMap>, 2> searchable_;  ///< in the plane, in space
 };
 
 /// The bounding box of all cells with evidence.

@@ -97,17 +97,11 @@ std::vector<CLearnedMap::Fact> CBGKMap::facts() const
         alpha += static_cast<double>(sums.first) * kEvidenceUnit;
         beta += static_cast<double>(sums.second) * kEvidenceUnit;
       });
-  std::vector<Fact> own{{"blocks", std::to_string(core().grid().blockCount()), ""},
-                        {"evidence for occupied", roundedText(alpha), "pseudo-counts"},
-                        {"evidence for free", roundedText(beta), "pseudo-counts"}};
-  if (core().priorMap())
-    own.push_back({"blocks of the prior map", std::to_string(core().priorMap()->grid().blockCount()), ""});
+  std::vector<Fact> own{{"blocks", core().grid().blockCount()},
+                        {"evidence for occupied", alpha, "pseudo-counts"},
+                        {"evidence for free", beta, "pseudo-counts"}};
+  if (core().priorMap()) own.push_back({"blocks of the prior map", core().priorMap()->grid().blockCount()});
   return factsWith(std::move(ofCells), own);
-}
-
-RayCounts CBGKMap::learnScan(const Scan& scan)
-{
-  return map().insert(scan, insertionOptions, threadCount());
 }
 
 void CBGKMap::updateVoxel(double x, double y, double z, bool occupied)

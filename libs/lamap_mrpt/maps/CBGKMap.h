@@ -44,7 +44,7 @@ extern template class LearnerMap<BgkLearner>;
  * In .ini files: bgkMap_count=1, and sections <prefix>_bgkMap_00_creationOpts, _insertOpts, _likelihoodOpts
  * and _renderOpts. Stored whole: evidence in full precision, every option, the prior map.
  *
- * Takes the observations of supportsObservation(); others are refused when inserted, and their likelihood is
+ * Takes the observations that supportsObservation() names. Others are not inserted, and their likelihood is
  * 0.
  */
 class CBGKMap : public LearnerMap<BgkLearner>
@@ -55,7 +55,7 @@ class CBGKMap : public LearnerMap<BgkLearner>
   using LearnerMap::LearnerMap;
 
   /** Adds all evidence of another map, as if its observations had been inserted here.
-   * @throws std::invalid_argument if it is made of other cells. */
+   * @throws std::invalid_argument if its cells differ. */
   void merge(const CBGKMap& other);
 
   // CLearnedMap
@@ -63,9 +63,6 @@ class CBGKMap : public LearnerMap<BgkLearner>
   [[nodiscard]] std::vector<Fact> facts() const override;
   /// Adds kernelScale to α of the cell, or freeWeight · kernelScale to β.
   void updateVoxel(double x, double y, double z, bool occupied) override;
-
- private:
-  RayCounts learnScan(const Scan& scan) override;
 };
 
 }  // namespace lamap

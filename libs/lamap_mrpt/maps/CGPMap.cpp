@@ -62,15 +62,9 @@ std::vector<CLearnedMap::Fact> CGPMap::facts() const
   double least = core().structure().signalVariance;
   std::vector<Fact> ofCells = cellFacts([&](const CellIndex&, const CellEstimate& cell)
                                         { least = std::min(least, cell.variance.value_or(least)); });
-  std::vector<Fact> own{{"blocks", std::to_string(core().grid().blockCount()), ""}};
-  if (creationOptions().fusion == GpFusion::Bcm)
-    own.push_back({"smallest variance of a cell", roundedText(least), ""});
+  std::vector<Fact> own{{"blocks", core().grid().blockCount()}};
+  if (creationOptions().fusion == GpFusion::Bcm) own.push_back({"smallest variance of a cell", least});
   return factsWith(std::move(ofCells), own);
-}
-
-RayCounts CGPMap::learnScan(const Scan& scan)
-{
-  return map().insert(scan, insertionOptions, threadCount());
 }
 
 void CGPMap::updateVoxel(double x, double y, double z, bool occupied)

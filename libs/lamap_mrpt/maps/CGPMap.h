@@ -26,12 +26,13 @@ extern template class LearnerMap<GpLearner>;
 
 /** 3D occupancy map by Gaussian process regression, thesis section 2.3, as an MRPT map: an exact GP on each
  * block of a scan, fused by a Bayesian committee machine. The baseline that chapter 4 of the thesis compares
- * BGK maps with; where a robot stands still it grows ever surer, and its walls ever thicker (section 4.3.3).
+ * BGK maps with; while a robot stands still, it becomes ever more certain, and its walls ever thicker
+ * (section 4.3.3).
  *
  * In .ini files: gpMap_count=1, and sections <prefix>_gpMap_00_creationOpts, _insertOpts, _likelihoodOpts and
  * _renderOpts. Stored whole: evidence in full precision, every option.
  *
- * Takes the observations of supportsObservation(); others are refused when inserted, and their likelihood is
+ * Takes the observations that supportsObservation() names. Others are not inserted, and their likelihood is
  * 0.
  */
 class CGPMap : public LearnerMap<GpLearner>
@@ -51,9 +52,6 @@ class CGPMap : public LearnerMap<GpLearner>
   [[nodiscard]] std::vector<Fact> facts() const override;
   /// Adds to the cell what a GP with one training point, at its centre, says there.
   void updateVoxel(double x, double y, double z, bool occupied) override;
-
- private:
-  RayCounts learnScan(const Scan& scan) override;
 };
 
 }  // namespace lamap

@@ -2,7 +2,6 @@
 
 #include <lamap_mrpt/files/hilbert_map_content.h>
 #include <lamap_mrpt/maps/learner_map_impl.h>
-#include <lamap_mrpt/maps/uncertain_inputs.h>
 
 #include <stdexcept>
 
@@ -40,16 +39,10 @@ void CHilbertMap::visitCells(const CellVisitor& visitor) const
 
 std::vector<CLearnedMap::Fact> CHilbertMap::facts() const
 {
-  std::vector<Fact> own{{"weights", std::to_string(core().weightCount()), ""}};
+  std::vector<Fact> own{{"weights", core().weightCount()}};
   if (core().structure().training == HilbertTraining::Batch)
-    own.push_back({"training points", std::to_string(core().trainingPointCount()), ""});
+    own.push_back({"training points", core().trainingPointCount()});
   return factsWith(cellFacts(), own);
-}
-
-RayCounts CHilbertMap::learnScan(const Scan& scan)
-{
-  const auto uncertainty = uncertaintyOf(insertionOptions, scan);
-  return map().insert(scan, insertionOptions, uncertainty ? &*uncertainty : nullptr, threadCount());
 }
 
 void CHilbertMap::updateVoxel(double /*x*/, double /*y*/, double /*z*/, bool /*occupied*/)

@@ -44,7 +44,7 @@ extern template class LearnerMap<HilbertLearner>;
  * are a view of it, read at their centres. Stored whole: the model, every option, and with `training = batch`
  * all training points.
  *
- * Takes the observations of supportsObservation(); others are refused when inserted, and their likelihood is
+ * Takes the observations that supportsObservation() names. Others are not inserted, and their likelihood is
  * 0.
  */
 class CHilbertMap : public LearnerMap<HilbertLearner>
@@ -64,11 +64,8 @@ class CHilbertMap : public LearnerMap<HilbertLearner>
   void visitCells(const CellVisitor& visitor) const override;
   [[nodiscard]] std::vector<std::string> evidenceNames() const override { return {"logodds"}; }
   [[nodiscard]] std::vector<Fact> facts() const override;
-  /// @throws std::logic_error always: cells are a view of the model, there is nothing to write into.
+  /// @throws std::logic_error always, because cells are only a view of the model.
   void updateVoxel(double x, double y, double z, bool occupied) override;
-
- private:
-  RayCounts learnScan(const Scan& scan) override;
 };
 
 }  // namespace lamap

@@ -2,7 +2,6 @@
 
 #include <lamap_mrpt/files/overlapping_map_content.h>
 #include <lamap_mrpt/maps/learner_map_impl.h>
-#include <lamap_mrpt/maps/uncertain_inputs.h>
 #include <lamap_mrpt/observations/isometry.h>
 
 namespace lamap
@@ -36,13 +35,13 @@ std::shared_ptr<const OverlappingHilbertMap> COverlappingHilbertMap::whole() con
 {
   // Nobody owns the map that is handed out where no scans wait.
   if (core().pending().scans.empty()) return {std::shared_ptr<void>(), &core()};
-  return withPending_.get([](const OverlappingHilbertMap&) { return true; },
-                          [&]
-                          {
-                            auto trained = std::make_shared<OverlappingHilbertMap>(core());
-                            trained->trainPending(insertionOptions, threadCount());
-                            return trained;
-                          });
+  return withPending_.get(
+      [&]
+      {
+        auto trained = std::make_shared<OverlappingHilbertMap>(core());
+        trained->trainPending(insertionOptions, threadCount());
+        return trained;
+      });
 }
 
 void COverlappingHilbertMap::merge(const COverlappingHilbertMap& other)
@@ -81,18 +80,10 @@ void COverlappingHilbertMap::visitCells(const CellVisitor& visitor) const
 
 std::vector<CLearnedMap::Fact> COverlappingHilbertMap::facts() const
 {
-  std::vector<Fact> own{{"blocks", std::to_string(core().grid().blockCount()), ""},
-                        {"models", std::to_string(core().modelCount()), ""}};
+  std::vector<Fact> own{{"blocks", core().grid().blockCount()}, {"models", core().modelCount()}};
   if (!core().pending().scans.empty())
-    own.push_back({"scans that wait for others", std::to_string(core().pending().scans.size()), ""});
+    own.push_back({"scans that wait for others", core().pending().scans.size()});
   return factsWith(cellFacts(), own);
-}
-
-RayCounts COverlappingHilbertMap::learnScan(const Scan& scan)
-{
-  const auto uncertainty = uncertaintyOf(insertionOptions, scan);
-  withPending_.reset();
-  return map().insert(scan, insertionOptions, uncertainty ? &*uncertainty : nullptr, threadCount());
 }
 
 void COverlappingHilbertMap::updateVoxel(double x, double y, double z, bool occupied)

@@ -40,18 +40,18 @@ struct OverlappingLearner : public LearnerTypes<COverlappingHilbertMap, Overlapp
 
 extern template class LearnerMap<OverlappingLearner>;
 
-/** 3D occupancy map of overlapping Hilbert maps, thesis chapter 3, as an MRPT map: one logistic regression a
- * scan, fused by log-odds (Algorithm 1).
+/** 3D occupancy map of overlapping Hilbert maps, thesis chapter 3, as an MRPT map: one logistic regression
+ * per scan, fused by log-odds (Algorithm 1).
  *
  * In .ini files: overlappingHilbertMap_count=1, and sections <prefix>_overlappingHilbertMap_00_creationOpts,
  * _insertOpts, _likelihoodOpts and _renderOpts. While it keeps its models the map is continuous: estimateAt()
  * answers at the point itself, and models can be moved to poses that a pose graph found. Stored whole: cells,
  * models, scans that wait for others, every option.
  *
- * With scansPerModel > 1, scans wait until so many are there to train one model on; what is read from the map
- * meanwhile has them in it all the same, as if they were all that will come.
+ * With scansPerModel > 1, scans wait until there are enough of them to train one model. Until then, what is
+ * read from the map includes the waiting scans, as if no others would follow.
  *
- * Takes the observations of supportsObservation(); others are refused when inserted, and their likelihood is
+ * Takes the observations that supportsObservation() names. Others are not inserted, and their likelihood is
  * 0.
  */
 class COverlappingHilbertMap : public LearnerMap<OverlappingLearner>
@@ -61,18 +61,17 @@ class COverlappingHilbertMap : public LearnerMap<OverlappingLearner>
  public:
   using LearnerMap::LearnerMap;
 
-  /** Adds all that another map holds, as if its observations had been inserted here.
-   * @throws std::invalid_argument if it is made of other cells or models, or has scans that wait. */
+  /** Adds everything that another map holds, as if its observations had been inserted here.
+   * @throws std::invalid_argument if its cells or models are of another kind, or if it has waiting scans. */
   void merge(const COverlappingHilbertMap& other);
 
-  /// How many models the map keeps.
+  /// Number of models in the map.
   [[nodiscard]] size_t modelCount() const { return core().modelCount(); }
   /// Pose of a model's sensor in the map. @throws std::out_of_range
   [[nodiscard]] mrpt::poses::CPose3D modelPose(size_t model) const;
-  /** Moves a model to where its sensor is now thought to have been, e.g. by a pose graph; the map is then the
-   * one that would have been built with that pose.
-   * @throws std::out_of_range, std::logic_error if creationOpts.keepModels is false; nothing is changed then
-   */
+  /** Moves a model to a better pose of its sensor, e.g. from a pose graph. The map is then the one that would
+   * have been built with that pose.
+   * @throws std::out_of_range, std::logic_error if creationOpts.keepModels is false; nothing changes then */
   void setModelPose(size_t model, const mrpt::poses::CPose3D& sensor_map);
 
   // CLearnedMap
@@ -81,13 +80,12 @@ class COverlappingHilbertMap : public LearnerMap<OverlappingLearner>
   void visitCells(const CellVisitor& visitor) const override;
   [[nodiscard]] std::vector<std::string> evidenceNames() const override { return {"logodds"}; }
   [[nodiscard]] std::vector<Fact> facts() const override;
-  /// Adds fieldWeight · hitWeight to the cell's log-odds, or takes fieldWeight · freeWeight off.
+  /// Adds fieldWeight · hitWeight to the cell's log-odds, or subtracts fieldWeight · freeWeight.
   void updateVoxel(double x, double y, double z, bool occupied) override;
 
  private:
-  RayCounts learnScan(const Scan& scan) override;
   void contentChanged() override;
-  /// The map with the scans that wait in it.
+  /// The map including the waiting scans.
   [[nodiscard]] std::shared_ptr<const OverlappingHilbertMap> whole() const;
 
   Lazy<OverlappingHilbertMap> withPending_;

@@ -13,17 +13,22 @@
 
 namespace lamap
 {
-/** What LearnerMap needs to know of a learner; a learner's own derives from it and says the rest.
- * @tparam MapClass MRPT's class; @tparam CoreMap the core's map; @tparam MadeOf its options; @tparam Learning
- * how scans are learned; @tparam Presets named sets of both */
-template <typename MapClass, typename CoreMap, typename MadeOf, typename Learning, typename Presets>
+/** The types of a learner for LearnerMap, with what most learners have in common. Each learner derives its
+ * own from it.
+ * @tparam MapClass the class for MRPT
+ * @tparam CoreMap the map in lamap_core
+ * @tparam StructureOptions what a map is made with
+ * @tparam InferenceOptions how scans are learned
+ * @tparam Presets names for sets of both */
+template <typename MapClass, typename CoreMap, typename StructureOptions, typename InferenceOptions,
+          typename Presets>
 struct LearnerTypes
 {
   using Map = MapClass;
   using Core = CoreMap;
-  using Structure = MadeOf;
-  using Creation = MadeOf;  ///< with what only MRPT's class has
-  using Insertion = Learning;
+  using Structure = StructureOptions;
+  using Creation = StructureOptions;  ///< with the options that only MRPT's class has
+  using Insertion = InferenceOptions;
   using Preset = Presets;
 
   static constexpr uint8_t kFormatVersion = 1;
@@ -34,22 +39,22 @@ struct LearnerTypes
   {
     insertion.validate(structure.resolution);
   }
-  /// The same with what is left empty filled in.
+  /// A copy in which no length is left empty.
   static Insertion resolved(const Insertion& insertion, const Structure& structure)
   {
     return insertion.resolved(structure.resolution);
   }
 };
 
-/** What the MRPT classes of all learners share: definition, options, .ini sections, serialization, forwarding
- * to the core's map. The class of a learner derives from it and adds what is its own.
+/** What the MRPT classes of all learners share: definition, options, .ini sections, serialization, and
+ * forwarding to the core's map. The class of each learner derives from it and adds the rest.
  *
- * Stored whole: the core's map, every option. The members are defined in learner_map_impl.h and instantiated
- * in the source of each class.
+ * A file holds the core's map and every option. The members are defined in learner_map_impl.h and
+ * instantiated in the source of each class.
  *
- * @tparam Learner a LearnerTypes with kAlias (the name in .ini files), kPresets (the names of the presets in
- * their order), and write(const Core&, ByteWriter&) and read(Core&, ByteReader&) for the content of a map
- * file after its options of creation */
+ * @tparam Learner a LearnerTypes with kAlias (the name in .ini files), kPresets (the names of the presets, in
+ * the order of the enumeration), and write(const Core&, ByteWriter&) and read(Core&, ByteReader&) for the
+ * content of a map file that follows the creation options */
 template <typename Learner>
 class LearnerMap : public CLearnedMap
 {
@@ -63,7 +68,7 @@ class LearnerMap : public CLearnedMap
   /// What the map is made with; fixed for its life.
   struct TCreationOptions : public OptionGroup<TCreationOptions>, public Learner::Creation
   {
-    /// Where the other options started from; kept as a record.
+    /// The set that the other options started from; only a record.
     Preset preset{};
 
     [[nodiscard]] const OptionTable& optionTable() const override;
@@ -73,22 +78,22 @@ class LearnerMap : public CLearnedMap
     std::vector<std::string> foreignFlags() const override;
   };
 
-  /// How observations become evidence; may be changed at any time. Some lengths may be left empty: they are
-  /// then given in cells.
+  /// How observations become evidence; may be changed at any time. A length that is left empty depends on the
+  /// size of the cells.
   struct TInsertionOptions : public OptionGroup<TInsertionOptions>, public Insertion
   {
     TInsertionOptions() = default;
     explicit TInsertionOptions(const Insertion& insertion) : Insertion(insertion) {}
 
     [[nodiscard]] const OptionTable& optionTable() const override;
-    /// What does not depend on the map's structure.
+    /// Checks only what does not depend on the map's structure.
     void validate() const override { TOptionGroup::validate(); }
   };
   TInsertionOptions insertionOptions;
 
   explicit LearnerMap(double resolution_m = 0.10);
-  /// @throws std::invalid_argument naming an illegal option; std::runtime_error if a file that they name
-  /// cannot be read.
+  /// @throws std::invalid_argument naming an illegal option; std::runtime_error if a file that an option
+  /// names cannot be read.
   explicit LearnerMap(const TCreationOptions& options);
 
   [[nodiscard]] const TCreationOptions& creationOptions() const { return creationOptions_; }
@@ -120,12 +125,12 @@ class LearnerMap : public CLearnedMap
     TRenderingOptions renderingOpts;
 
     TMapDefinition();
-    /// Sets creation and insertion options to what creationOpts.preset names.
+    /// Sets the creation and insertion options to those of creationOpts.preset.
     void usePreset();
-    /// Insertion options as they hold for a map of these creation options, with what is left empty filled in.
-    /// @throws std::invalid_argument if the two do not fit together
+    /// The insertion options for a map with these creation options, with no length left empty.
+    /// @throws std::invalid_argument if the two contradict each other
     [[nodiscard]] TInsertionOptions resolvedInsertion() const;
-    /// As loadFromConfigFile() reads it, with what is left empty filled in.
+    /// As loadFromConfigFile() reads it, with no length left empty.
     void saveToConfigFile(mrpt::config::CConfigFileBase& target,
                           const std::string& sectionPrefix) const override;
 
@@ -146,7 +151,7 @@ class LearnerMap : public CLearnedMap
  protected:
   [[nodiscard]] Core& map() { return map_; }
   void internal_clear() override;
-  /// A report: facts about the cells, those of the learner, and those that all maps have.
+  /// All facts: those about the cells, the learner's own, and those that all maps have.
   [[nodiscard]] std::vector<Fact> factsWith(std::vector<Fact> ofCells, const std::vector<Fact>& own) const;
 
   uint8_t serializeGetVersion() const override;
@@ -154,6 +159,7 @@ class LearnerMap : public CLearnedMap
   void serializeFrom(mrpt::serialization::CArchive& in, uint8_t version) override;
 
  private:
+  RayCounts learnScan(const Scan& scan) override;
   [[nodiscard]] TInsertionOptions resolvedInsertion() const;
 
   TCreationOptions creationOptions_;

@@ -2,18 +2,20 @@
 
 #include <lamap_mrpt/files/payload.h>
 #include <lamap_mrpt/maps/learner_map.h>
+#include <lamap_mrpt/maps/uncertain_inputs.h>
 #include <lamap_mrpt/options/map_sections.h>
 
+#include <cmath>
 #include <memory>
 #include <ostream>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 // The members of LearnerMap, for the sources that instantiate it.
 namespace lamap
 {
 // ---- Options
-// ------------------------------------------------------------------------------------------------
 
 template <typename Learner>
 const OptionTable& LearnerMap<Learner>::TCreationOptions::optionTable() const
@@ -57,7 +59,6 @@ void LearnerMap<Learner>::visitOptionGroups(const VisitGroup& visit) const
 }
 
 // ---- Definition
-// ---------------------------------------------------------------------------------------------
 
 template <typename Learner>
 LearnerMap<Learner>::TMapDefinition::TMapDefinition() : TMetricMapInitializer(CLASS_ID(Map))
@@ -216,7 +217,6 @@ struct MapRegistration
 };
 
 // ---- The map
-// ------------------------------------------------------------------------------------------------
 
 template <typename Learner>
 LearnerMap<Learner>::LearnerMap(double resolution_m)
@@ -269,12 +269,24 @@ std::vector<CLearnedMap::Fact> LearnerMap<Learner>::factsWith(std::vector<Fact> 
 {
   std::vector<Fact> facts = std::move(ofCells);
   facts.insert(facts.end(), own.begin(), own.end());
-  facts.push_back(memoryFact());
-  if (map_.structure().planar)
-    facts.push_back({"planar, at height", roundedText(map_.structure().planarHeight), "m"});
+  constexpr double kMiB = 1024 * 1024;
+  facts.push_back({"memory", std::round(1000 * static_cast<double>(memoryBytes()) / kMiB) / 1000, "MiB"});
+  if (map_.structure().planar) facts.push_back({"planar, at height", map_.structure().planarHeight, "m"});
   const std::vector<Fact> ofScans = scanFacts();
   facts.insert(facts.end(), ofScans.begin(), ofScans.end());
   return facts;
+}
+
+template <typename Learner>
+RayCounts LearnerMap<Learner>::learnScan(const Scan& scan)
+{
+  if constexpr (std::is_base_of_v<UncertainInputs, Insertion>)
+  {
+    const auto uncertainty = uncertaintyOf(insertionOptions, scan);
+    return map_.insert(scan, insertionOptions, uncertainty ? &*uncertainty : nullptr, threadCount());
+  }
+  else
+    return map_.insert(scan, insertionOptions, threadCount());
 }
 
 template <typename Learner>
@@ -285,7 +297,6 @@ void LearnerMap<Learner>::internal_clear()
 }
 
 // ---- Serialization
-// ------------------------------------------------------------------------------------------
 
 template <typename Learner>
 uint8_t LearnerMap<Learner>::serializeGetVersion() const

@@ -7,9 +7,8 @@ std::optional<HilbertUncertainty> uncertaintyOf(const UncertainInputs& inputs, c
 {
   if (inputs.usePoseCovariance && (!scan.poseCovariance || scan.poseCovariance->isZero(0)))
     warnOnce(
-        "insertOpts.usePoseCovariance = true: the pose of a scan came without a covariance, or with one of "
-        "zero; "
-        "such scans count as certain");
+        "insertOpts.usePoseCovariance = true: the pose of a scan has no covariance, or a zero one; such "
+        "scans count as certain");
   HilbertUncertainty uncertainty;
   if (inputs.usePoseCovariance && scan.poseCovariance)
   {

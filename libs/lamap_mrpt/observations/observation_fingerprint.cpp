@@ -41,19 +41,16 @@ class Hasher
     word(rest);
   }
 
-  template <typename T>
-  void number(T number)
+  template <typename... Numbers>
+  void numbers(Numbers... all)
   {
-    static_assert(std::is_arithmetic_v<T>);
-    uint64_t bits = 0;
-    std::memcpy(&bits, &number, sizeof(number));
-    word(bits);
+    (number(all), ...);
   }
   void text(const std::string& characters) { bytes(characters.data(), characters.size()); }
-  template <typename T, typename Allocator>
-  void vector(const std::vector<T, Allocator>& all)
+  template <typename... Vectors>
+  void vectors(const Vectors&... all)
   {
-    bytes(all.data(), all.size() * sizeof(T));
+    (bytes(all.data(), all.size() * sizeof(all[0])), ...);
   }
   template <typename T>
   void matrix(const mrpt::math::CMatrixDynamic<T>& image)
@@ -64,13 +61,20 @@ class Hasher
   }
   void pose(const mrpt::poses::CPose3D& pose)
   {
-    for (const double coordinate : {pose.x(), pose.y(), pose.z(), pose.yaw(), pose.pitch(), pose.roll()})
-      number(coordinate);
+    numbers(pose.x(), pose.y(), pose.z(), pose.yaw(), pose.pitch(), pose.roll());
   }
 
   [[nodiscard]] ObservationFingerprint result() const { return {a_, b_}; }
 
  private:
+  template <typename T>
+  void number(T number)
+  {
+    static_assert(std::is_arithmetic_v<T>);
+    uint64_t bits = 0;
+    std::memcpy(&bits, &number, sizeof(number));
+    word(bits);
+  }
   void word(uint64_t next)
   {
     a_ = (a_ ^ next) * 0x9E3779B97F4A7C15ULL;
@@ -84,12 +88,8 @@ class Hasher
 
 void add(Hasher& hasher, const CObservation2DRangeScan& scan)
 {
-  hasher.number(1);
   hasher.pose(scan.sensorPose);
-  hasher.number(scan.aperture);
-  hasher.number(scan.rightToLeft);
-  hasher.number(scan.maxRange);
-  hasher.number(scan.deltaPitch);
+  hasher.numbers(scan.aperture, scan.rightToLeft, scan.maxRange, scan.deltaPitch);
   const size_t count = scan.getScanSize();
   if (count == 0) return;
   static_assert(std::is_same_v<decltype(scan.getScanRange(0)), const float&>, "ranges are kept in a row");
@@ -98,72 +98,46 @@ void add(Hasher& hasher, const CObservation2DRangeScan& scan)
   for (size_t i = 0; i < count; ++i)
   {
     valid = valid << 1 | (scan.getScanRangeValidity(i) ? 1u : 0u);
-    if (i % 64 == 63) hasher.number(std::exchange(valid, 0));
+    if (i % 64 == 63) hasher.numbers(std::exchange(valid, 0));
   }
-  hasher.number(valid);
-}
-
-void add(Hasher& hasher, const mrpt::img::TCamera& camera)
-{
-  for (const double parameter : {camera.fx(), camera.fy(), camera.cx(), camera.cy()})
-    hasher.number(parameter);
-  for (const double parameter : camera.dist) hasher.number(parameter);
-  hasher.number(camera.nrows);
-  hasher.number(camera.ncols);
+  hasher.numbers(valid);
 }
 
 void add(Hasher& hasher, const CObservation3DRangeScan& scan)
 {
-  hasher.number(2);
   hasher.pose(scan.sensorPose);
-  hasher.number(scan.maxRange);
-  hasher.number(scan.hasRangeImage);
-  hasher.number(scan.hasPoints3D);
-  hasher.number(scan.rangeUnits);
-  hasher.number(scan.range_is_depth);
-  add(hasher, scan.cameraParams);
+  hasher.numbers(scan.maxRange, scan.hasRangeImage, scan.hasPoints3D, scan.rangeUnits, scan.range_is_depth);
+  const mrpt::img::TCamera& camera = scan.cameraParams;
+  hasher.numbers(camera.fx(), camera.fy(), camera.cx(), camera.cy(), camera.nrows, camera.ncols);
+  hasher.vectors(camera.dist);
   if (scan.rangeImage_isExternallyStored()) hasher.text(scan.rangeImage_getExternalStorageFile(""));
   if (scan.points3D_isExternallyStored()) hasher.text(scan.points3D_getExternalStorageFile());
   hasher.matrix(scan.rangeImage);
-  hasher.vector(scan.points3D_x);
-  hasher.vector(scan.points3D_y);
-  hasher.vector(scan.points3D_z);
+  hasher.vectors(scan.points3D_x, scan.points3D_y, scan.points3D_z);
 }
 
 void add(Hasher& hasher, const CObservationPointCloud& cloud)
 {
-  hasher.number(3);
   hasher.pose(cloud.sensorPose);
   if (cloud.isExternallyStored()) hasher.text(cloud.getExternalStorageFile());
   if (!cloud.pointcloud) return;
-  hasher.vector(cloud.pointcloud->getPointsBufferRef_x());
-  hasher.vector(cloud.pointcloud->getPointsBufferRef_y());
-  hasher.vector(cloud.pointcloud->getPointsBufferRef_z());
+  const auto& points = *cloud.pointcloud;
+  hasher.vectors(points.getPointsBufferRef_x(), points.getPointsBufferRef_y(), points.getPointsBufferRef_z());
 }
 
 void add(Hasher& hasher, const CObservationVelodyneScan& scan)
 {
-  hasher.number(4);
   hasher.pose(scan.sensorPose);
-  hasher.number(scan.minRange);
-  hasher.number(scan.maxRange);
-  hasher.vector(scan.point_cloud.x);
-  hasher.vector(scan.point_cloud.y);
-  hasher.vector(scan.point_cloud.z);
-  hasher.vector(scan.scan_packets);
-  hasher.vector(scan.calibration.laser_corrections);
+  hasher.numbers(scan.minRange, scan.maxRange);
+  hasher.vectors(scan.point_cloud.x, scan.point_cloud.y, scan.point_cloud.z, scan.scan_packets,
+                 scan.calibration.laser_corrections);
 }
 
 void add(Hasher& hasher, const CObservationRotatingScan& scan)
 {
-  hasher.number(5);
   hasher.pose(scan.sensorPose);
-  hasher.number(scan.rowCount);
-  hasher.number(scan.minRange);
-  hasher.number(scan.maxRange);
-  hasher.number(scan.rangeResolution);
-  hasher.number(scan.startAzimuth);
-  hasher.number(scan.azimuthSpan);
+  hasher.numbers(scan.rowCount, scan.minRange, scan.maxRange, scan.rangeResolution, scan.startAzimuth,
+                 scan.azimuthSpan);
   hasher.text(scan.lidarModel);
   hasher.matrix(scan.rangeImage);
 }
@@ -174,6 +148,7 @@ std::optional<ObservationFingerprint> fingerprintIf(const CObservation& observat
   const auto* typed = dynamic_cast<const Observation*>(&observation);
   if (!typed) return std::nullopt;
   Hasher hasher;
+  hasher.text(typed->GetRuntimeClass()->className);
   add(hasher, *typed);
   return hasher.result();
 }

@@ -257,11 +257,11 @@ bool isFilledByFromVelodyne(const CObservationRotatingScan& rotating)
   return true;
 }
 
-void addVelodyneColumns(const CObservationRotatingScan& rotating, const VelodyneCalibration& calibration,
-                        RayFan& fan)
+/// @param calibration of the rows' elevations; null: a single row, in the plane of the sensor
+void addColumns(const CObservationRotatingScan& rotating, const VelodyneCalibration* calibration, RayFan& fan)
 {
   const auto& image = rotating.rangeImage;
-  const bool compact = isFilledByFromVelodyne(rotating);
+  const bool compact = calibration && isFilledByFromVelodyne(rotating);
   const int columns = static_cast<int>(compact ? image.cols() / image.rows() : image.cols());
   const double clockwise = compact ? -1 : 1;
   const double steps = compact ? columns : std::max(columns - 1, 1);
@@ -269,31 +269,20 @@ void addVelodyneColumns(const CObservationRotatingScan& rotating, const Velodyne
   {
     if (compact && image.asEigen().col(column).isZero()) continue;  // a firing that MRPT did not read
     const double azimuth = clockwise * (rotating.startAzimuth + rotating.azimuthSpan * column / steps);
+    Eigen::Vector3d direction(std::cos(azimuth), std::sin(azimuth), 0);
     for (int row = 0; row < image.rows(); ++row)
     {
-      const auto& laser = calibration.laser_corrections[static_cast<std::size_t>(row)];
-      const Eigen::Vector3d direction(laser.cosVertCorrection * std::cos(azimuth),
-                                      laser.cosVertCorrection * std::sin(azimuth), laser.sinVertCorrection);
+      if (calibration)
+      {
+        const auto& laser = calibration->laser_corrections[static_cast<std::size_t>(row)];
+        direction << laser.cosVertCorrection * std::cos(azimuth), laser.cosVertCorrection * std::sin(azimuth),
+            laser.sinVertCorrection;
+      }
       if (image(row, column) == 0)
         fan.add(RayEnd::NoReturn, direction);
       else
         addRange(image(row, column) * rotating.rangeResolution, direction, fan);
     }
-  }
-}
-
-void addSingleRow(const CObservationRotatingScan& rotating, RayFan& fan)
-{
-  const auto& image = rotating.rangeImage;
-  const double steps = std::max<double>(static_cast<double>(image.cols()) - 1, 1);
-  for (int column = 0; column < image.cols(); ++column)
-  {
-    const double azimuth = rotating.startAzimuth + rotating.azimuthSpan * column / steps;
-    const Eigen::Vector3d direction(std::cos(azimuth), std::sin(azimuth), 0);
-    if (image(0, column) == 0)
-      fan.add(RayEnd::NoReturn, direction);
-    else
-      addRange(image(0, column) * rotating.rangeResolution, direction, fan);
   }
 }
 
@@ -312,10 +301,9 @@ Scan raysOfRotatingScan(const CObservationRotatingScan& rotating, const CPose3D&
                              std::to_string(rotating.rowCount));
 
   fan.rays.reserve(static_cast<std::size_t>(image.size()));
-  if (rotating.rowCount == 1)
-    addSingleRow(rotating, fan);
-  else if (const VelodyneCalibration* calibration = calibrationOf(rotating))
-    addVelodyneColumns(rotating, *calibration, fan);
+  const VelodyneCalibration* calibration = calibrationOf(rotating);
+  if (calibration || rotating.rowCount == 1)
+    addColumns(rotating, calibration, fan);
   else
     compat::forEachOrganizedPoint(rotating, [&](const Eigen::Vector3d& point) { fan.addReturn(point); });
   return scan;

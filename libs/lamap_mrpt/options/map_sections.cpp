@@ -1,6 +1,7 @@
 #include <lamap_mrpt/options/map_sections.h>
 
 #include <lamap_core/options/nearest_name.h>
+#include <mrpt/system/string_utils.h>
 
 #include <algorithm>
 #include <iostream>
@@ -14,11 +15,6 @@ namespace lamap
 {
 namespace
 {
-bool sameIgnoringCase(const std::string& a, const std::string& b)
-{
-  return lowerCase(a) == lowerCase(b);
-}
-
 std::string listed(const std::vector<std::string>& texts)
 {
   std::string list;
@@ -87,7 +83,7 @@ std::vector<std::string> settingsWithoutEffect(const mrpt::config::CConfigFileBa
       for (const Option::AnyOf& conditions : option.conditions)
         if (const auto reason = unmet(conditions, groups))
           messages.push_back(table.name() + "." + option.key + " = " + text +
-                             " has no effect: it has one only where " + *reason);
+                             " has no effect: it matters only if " + *reason);
     }
   }
   return messages;
@@ -111,9 +107,9 @@ void requireKnownSections(const mrpt::config::CConfigFileBase& source, const std
   const std::string start = prefix + "_";
   for (const std::string& section : sections)
   {
-    if (!sameIgnoringCase(section.substr(0, start.size()), start)) continue;
+    if (!mrpt::system::strStartsI(section, start)) continue;
     if (std::any_of(known.begin(), known.end(),
-                    [&](const auto& one) { return sameIgnoringCase(section, one); }))
+                    [&](const auto& one) { return mrpt::system::strCmpI(section, one); }))
       continue;
     throw std::invalid_argument(withoutBrackets("unknown section \"" + section + "\" of " + nameOf(source) +
                                                 "; the nearest one is \"" + nearestOf(section, known) +

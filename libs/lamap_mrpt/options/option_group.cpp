@@ -1,8 +1,8 @@
 #include <lamap_mrpt/options/option_group.h>
 
 #include <lamap_core/options/nearest_name.h>
-#include <lamap_mrpt/files/payload.h>
 #include <mrpt/config/CConfigFile.h>
+#include <mrpt/system/string_utils.h>
 
 #include <algorithm>
 #include <ostream>
@@ -65,7 +65,7 @@ std::vector<std::string> keysOf(const mrpt::config::CConfigFileBase& source, con
   for (const Option& option : table.options())
   {
     const auto isIt = [&](const std::string& key)
-    { return lowerCase(withoutComment(key)) == lowerCase(option.key); };
+    { return mrpt::system::strCmpI(withoutComment(key), option.key); };
     if (std::none_of(listed.begin(), listed.end(), isIt) && hasKey(source, section, option.key))
       keys.push_back(option.key);
   }
@@ -182,7 +182,7 @@ void load(TOptionGroup& group, const std::vector<std::string>& foreign,
     return;
   }
   if (std::any_of(foreign.begin(), foreign.end(),
-                  [&](const std::string& other) { return lowerCase(other) == lowerCase(key); }))
+                  [&](const std::string& other) { return mrpt::system::strCmpI(other, key); }))
   {
     if (flagIn(text)) return;
     throw std::invalid_argument(place(table.name(), key, text, section, source) +
@@ -271,24 +271,6 @@ void TOptionGroup::read(ByteReader& in)
       in.fail("option " + quoted(printable(key)) + " of " + optionTable().name() + " is not known");
     option->set(*this, readContent(*option, in));
   }
-}
-
-void TOptionGroup::writeToStream(mrpt::serialization::CArchive& out) const
-{
-  ByteWriter writer;
-  write(writer);
-  writePayload(out, writer.bytes());
-}
-
-void TOptionGroup::readFromStream(mrpt::serialization::CArchive& in)
-{
-  const std::vector<uint8_t> content = readPayload(in);
-  Undo undo(*this);
-  ByteReader reader(content);
-  read(reader);
-  reader.expectEnd();
-  validate();
-  undo.keep();
 }
 
 std::string withoutComment(const std::string& text)

@@ -4,15 +4,14 @@
 #include <lamap_mrpt/files/byte_stream.h>
 #include <mrpt/config/CConfigFileBase.h>
 #include <mrpt/config/CLoadableOptions.h>
-#include <mrpt/serialization/CArchive.h>
 
 #include <string>
 #include <vector>
 
 namespace lamap
 {
-/** A group of options that loads, saves, prints and serializes itself as MRPT's groups do, but strictly, by
- * the description of its options. Derive from OptionGroup. */
+/** A group of options that loads, saves and prints itself as MRPT's groups do, but strictly, as its
+ * OptionTable describes. Derive from OptionGroup. */
 class TOptionGroup : public mrpt::config::CLoadableOptions
 {
  public:
@@ -36,13 +35,7 @@ class TOptionGroup : public mrpt::config::CLoadableOptions
   void saveToConfigFile(mrpt::config::CConfigFileBase& target, const std::string& section) const override;
   void dumpToTextStream(std::ostream& out) const override;
 
-  /// Every option, exactly. With count and checksum: a damaged stream is refused.
-  void writeToStream(mrpt::serialization::CArchive& out) const;
-  /// @throws std::runtime_error as readPayload() and read(), std::invalid_argument as validate(); nothing
-  /// changes then.
-  void readFromStream(mrpt::serialization::CArchive& in);
-
-  /// The same as part of larger content.
+  /// Writes every option, exactly.
   void write(ByteWriter& out) const;
   /** Options that the content does not hold keep what they have.
    * @throws std::runtime_error if it holds an option that is not known here, or one that is not legal. */
@@ -52,7 +45,7 @@ class TOptionGroup : public mrpt::config::CLoadableOptions
   [[nodiscard]] bool sameOptions(const TOptionGroup& other) const { return optionTable().same(*this, other); }
 
  protected:
-  /// Keys that a section of this group may also hold because somebody else reads them, as yes or no.
+  /// Keys with a yes or no that other code reads from the section of this group.
   [[nodiscard]] virtual std::vector<std::string> foreignFlags() const { return {}; }
 };
 
@@ -65,23 +58,21 @@ class OptionGroup : public TOptionGroup
   operator ConstAnyOptions() const override { return ConstAnyOptions(static_cast<const Self*>(this)); }
 };
 
-/// An option as text, for reports and for comparison.
+/// What an option holds, for reports.
 struct OptionValue
 {
   std::string section;  ///< e.g. "insertOpts"
   std::string key;
-  std::string text;         ///< as it stands; a length that is left empty: e.g. "2 cells"
-  std::string defaultText;  ///< as in a group nobody has touched
+  OptionContent content;
+  std::string text;  ///< the same as text; a length that is left empty: e.g. "2 cells"
   std::string unit;
-  std::string legal;  ///< e.g. "a number >= 0, in m"
-  std::string doc;
 };
 
-/// Without what follows //, # or ; at the start or after a space, and without spaces around.
+/// Removes what follows //, # or ; at the start or after a space, and surrounding spaces.
 [[nodiscard]] std::string withoutComment(const std::string& text);
 
-/** A message that MRPT passes on whole: when it wraps an exception it takes what stands before the first ]
- * for a place in the source. */
+/** A message that MRPT does not truncate: when it wraps an exception, it takes everything before the first ]
+ * for a source location. */
 [[nodiscard]] std::string withoutBrackets(std::string message);
 
 /** Whether a section has a key. Asks for it by name: MRPT's CConfigFilePrefixer (map-partition reads through

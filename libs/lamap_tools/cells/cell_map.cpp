@@ -1,14 +1,13 @@
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/cells/octomap_file.h>
+#include <mrpt/core/format.h>
 #include <mrpt/maps/CColouredOctoMap.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 #include <mrpt/maps/COctoMap.h>
 #include <mrpt/opengl/COctoMapVoxels.h>
 
 #include <cmath>
-#include <iomanip>
-#include <sstream>
 #include <stdexcept>
 
 namespace lamap::tools
@@ -219,10 +218,8 @@ void requireCountOfCells(double cells)
 {
   constexpr double kMostCells = 8589934592.0;
   if (cells <= kMostCells) return;
-  std::ostringstream why;
-  why << "the octree's leaves stand for " << std::setprecision(3) << cells
-      << " finest cells, more than 2^33 can be read one by one";
-  throw std::runtime_error(why.str());
+  throw std::runtime_error(mrpt::format(
+      "the octree's leaves stand for %.3g finest cells, more than 2^33 can be read one by one", cells));
 }
 
 const char* stateName(CellState state)

@@ -45,7 +45,7 @@ void requireSameOptions(const CLearnedMap& map, const BuildOptions& options, con
     const std::string name = setting.section + "." + setting.key;
     if (map.optionIs(setting.section, setting.key, setting.text)) return "";
     return name + "=" + setting.text + ", but " + options.ontoPath + " was made with " + name + "=" +
-           valueOf(map, setting) + ": a saved map goes on with its own options";
+           valueOf(map, setting) + ": a saved map is continued with its own options";
   };
   if (!options.map.configPath.empty())
     for (const Setting& setting : settingsIn(options.map.configPath, nameInFile))
@@ -61,7 +61,7 @@ CMetricMap::Ptr savedMap(const BuildOptions& options)
   const auto learned = std::dynamic_pointer_cast<CLearnedMap>(map);
   if (!learned)
     throw std::runtime_error(options.ontoPath + ": its map is a " + map->GetRuntimeClass()->className +
-                             "; only maps of this library keep all it takes to go on with them");
+                             "; only maps of this library keep all that is needed to continue them");
   std::string nameInFile = learned->alias();
   if (!options.map.mapName.empty() || !options.map.configPath.empty())
   {
@@ -70,7 +70,7 @@ CMetricMap::Ptr savedMap(const BuildOptions& options)
     const MapDefinition wanted = readMapDefinition(request);
     const std::vector<std::string> names = namesOfSameMap(wanted.name);
     if (std::find(names.begin(), names.end(), learned->alias()) == names.end())
-      throw UsageError(options.ontoPath + ": its map is the kind " + learned->alias() + ", not " +
+      throw UsageError(options.ontoPath + ": its map is of the kind " + learned->alias() + ", not " +
                        wanted.name);
     nameInFile = wanted.name;
   }
@@ -169,7 +169,8 @@ void printReport(const BuildReport& report, std::ostream& out)
 {
   const size_t used = report.scans.usedCount();
   out << mrpt::format("%zu %s in %.1f s", used, used == 1 ? "scan" : "scans", report.seconds);
-  if (report.seconds > 0) out << mrpt::format(" (%.1f a second)", static_cast<double>(used) / report.seconds);
+  if (report.seconds > 0)
+    out << mrpt::format(" (%.1f per second)", static_cast<double>(used) / report.seconds);
   out << "\n";
   for (const auto& [kind, count] : report.scans.used) out << "  used: " << count << " " << kind << "\n";
   printLeftOut(report.scans, out);

@@ -1,15 +1,15 @@
 #include <lamap_tools/cells/octomap_file.h>
 #include <lamap_tools/commands/map_info.h>
 #include <lamap_tools/files/file_output.h>
-#include <lamap_tools/files/text_fields.h>
 #include <mrpt/core/format.h>
 #include <mrpt/maps/CPointsMap.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <iomanip>
 #include <ostream>
+#include <type_traits>
+#include <variant>
 
 namespace lamap::tools
 {
@@ -52,7 +52,7 @@ MapInfo readMapInfo(const std::string& path)
   else
     info.description = opened.map->asString();
   if (const auto* points = dynamic_cast<const mrpt::maps::CPointsMap*>(opened.map.get()))
-    info.facts.push_back({"points", std::to_string(points->size()), ""});
+    info.facts.push_back({"points", points->size()});
   return info;
 }
 
@@ -95,21 +95,25 @@ void printCells(const CellSummary& cells, std::ostream& out)
     printLine(out, "sum of " + cells.evidenceNames[i], shortest(cells.evidenceSums[i]));
 }
 
-/// Facts that the walk over the cells has told already, in the same words for every class.
+/// Facts that printCells() has printed already, in the same words for every class.
 bool isCellCount(const CLearnedMap::Fact& fact)
 {
   const auto& names = {"resolution", "cells", "occupied cells", "free cells", "unknown cells"};
   return std::find(names.begin(), names.end(), fact.name) != names.end();
 }
 
-/// A text that is a number or a truth value becomes one.
-Json typed(const std::string& text)
+/// Numbers and truth values as such, anything else as text.
+Json jsonOf(const OptionValue& option)
 {
-  if (text == "true") return true;
-  if (text == "false") return false;
-  if (const auto whole = numberIn<int64_t>(text)) return *whole;
-  if (const auto number = numberIn<double>(text); number && std::isfinite(*number)) return *number;
-  return text;
+  return std::visit(
+      [&](const auto& content) -> Json
+      {
+        if constexpr (std::is_arithmetic_v<std::decay_t<decltype(content)>>)
+          return content;
+        else
+          return option.text;
+      },
+      option.content);
 }
 
 Json cellsJson(const CellSummary& cells)
@@ -135,7 +139,7 @@ void printMapInfo(const MapInfo& info, std::ostream& out)
   if (!info.description.empty()) printLine(out, "description", info.description);
   if (info.cells) printCells(*info.cells, out);
   for (const auto& fact : info.facts)
-    if (!info.cells || !isCellCount(fact)) printLine(out, fact.name, fact.value, fact.unit);
+    if (!info.cells || !isCellCount(fact)) printLine(out, fact.name, fact.text(), fact.unit);
   for (const auto& option : info.options)
     printLine(out, option.section + "." + option.key, option.text.empty() ? "(empty)" : option.text,
               option.unit);
@@ -163,11 +167,11 @@ Json mapInfoJson(const MapInfo& info)
   json["units"] = Json::object();
   for (const auto& fact : info.facts)
   {
-    json["facts"][fact.name] = typed(fact.value);
+    json["facts"][fact.name] = std::visit([](auto number) { return Json(number); }, fact.number);
     if (!fact.unit.empty()) json["units"][fact.name] = fact.unit;
   }
   json["options"] = Json::object();
-  for (const auto& option : info.options) json["options"][option.section][option.key] = typed(option.text);
+  for (const auto& option : info.options) json["options"][option.section][option.key] = jsonOf(option);
   return json;
 }
 

@@ -7,6 +7,7 @@
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/scan_inserter.h>
 #include <lamap_tools/scores/score_report.h>
+#include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/core/format.h>
 #include <mrpt/system/string_utils.h>
 #include <tbb/parallel_for_each.h>
@@ -222,62 +223,26 @@ void requireLegalOptions(const TuneOptions& options)
   const AtomicFile placeIsWritable(options.outPath);
 }
 
-/// Sections of an .ini file in the order in which they were first named, names compared as MRPT does.
-class IniSections
-{
- public:
-  void set(const std::string& section, const std::string& key, const std::string& text)
-  {
-    named(named(sections_, section), key) = text;
-  }
-
-  [[nodiscard]] std::string text() const
-  {
-    std::string text;
-    for (const auto& [section, keys] : sections_)
-    {
-      text += "\n[" + section + "]\n";
-      for (const auto& [key, value] : keys) text += key + " = " + value + "\n";
-    }
-    return text;
-  }
-
- private:
-  template <class Content>
-  using Named = std::vector<std::pair<std::string, Content>>;
-
-  template <class Content>
-  static Content& named(Named<Content>& all, const std::string& name)
-  {
-    for (auto& [known, content] : all)
-      if (mrpt::system::strCmpI(known, name)) return content;
-    return all.emplace_back(name, Content()).second;
-  }
-
-  Named<Named<std::string>> sections_;
-};
-
 /// What the configuration file says of the map, with the fixed and the best settings over it.
 std::string bestConfig(const TuneOptions& options, const SearchSpace& space, const TuneReport& report)
 {
   const std::string prefix = "map_" + report.mapName + "_00_";
-  IniSections ini;
-  ini.set("map", report.mapName + "_count", "1");
+  mrpt::config::CConfigFileMemory ini;
+  const auto set = [&](const Setting& setting)
+  { ini.write(prefix + setting.section, setting.key, setting.text); };
+  ini.write("map", report.mapName + "_count", std::string("1"));
   if (!options.map.configPath.empty())
-    for (const Setting& setting : settingsIn(options.map.configPath, report.mapName))
-      ini.set(prefix + setting.section, setting.key, setting.text);
+    for (const Setting& setting : settingsIn(options.map.configPath, report.mapName)) set(setting);
   const TunedMap& best = report.maps.front();
   for (const auto* settings : {&space.fixed, &best.settings})
-    for (const std::string& text : *settings)
-    {
-      const Setting setting = parseSetting(text);
-      ini.set(prefix + setting.section, setting.key, setting.text);
-    }
+    for (const std::string& text : *settings) set(parseSetting(text));
+  std::string sections;
+  ini.getContent(sections);
   return mrpt::format("# The best of %zu settings by %s log loss: %.4f over %llu cells of %zu scans.\n",
                       report.maps.size(), options.prequential ? "prequential" : "held-out",
                       *best.scores.all.logLoss, static_cast<unsigned long long>(best.scores.all.cells()),
                       report.scored) +
-         "#   lamap build -i LOG -c THIS -o MAP.lamap.gz\n" + ini.text();
+         "#   lamap build -i LOG -c THIS -o MAP.lamap.gz\n\n" + sections;
 }
 }  // namespace
 

@@ -1,6 +1,6 @@
 #include <lamap_tools/config/ini_lines.h>
 
-#include <mrpt/system/string_utils.h>
+#include <lamap_tools/files/text_fields.h>
 
 #include <fstream>
 #include <stdexcept>
@@ -24,7 +24,7 @@ void requireAssignments(const std::string& path,
   std::string text;
   for (size_t number = 1; std::getline(file, text); ++number)
   {
-    const std::string line = mrpt::system::trim(text);
+    const std::string line(trimmed(text));
     const bool belongsToLineBefore = continued;
     continued = !line.empty() && line.back() == '\\';
     if (line.empty() || belongsToLineBefore || isComment(line) || line.front() == '@') continue;

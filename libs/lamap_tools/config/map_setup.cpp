@@ -110,7 +110,7 @@ void requireKnownSections(const CConfigFileBase& config, const MapCounts& counts
       const std::string prefix = std::string(kSection) + "_" + map + "_";
       return mrpt::system::strStartsI(section, prefix);
     };
-    // Those of the chosen map are looked at key by key elsewhere; only its number can be wrong here.
+    // Sections of the chosen map are checked key by key elsewhere; here only their number can be wrong.
     const auto isOther = [&](const auto& entry) { return entry.first != name && belongsTo(entry.first); };
     const std::string chosen = std::string(kSection) + "_" + name + "_00_";
     if (mrpt::system::strStartsI(section, chosen)) continue;
@@ -120,7 +120,7 @@ void requireKnownSections(const CConfigFileBase& config, const MapCounts& counts
   }
 }
 
-/// MRPT's own maps take any resolution and come to harm later.
+/// MRPT's own maps accept any resolution and fail later.
 void requireResolution(const RecordedConfig& config, const std::string& prefix)
 {
   const std::string section = prefix + "_creationOpts";
@@ -139,6 +139,7 @@ TMetricMapInitializer::Ptr load(const RecordedConfig& config, const std::string&
   requireResolution(config, prefix);
   return definition;
 }
+
 /// @throws std::runtime_error without the file's name
 std::unique_ptr<CConfigFileBase> openConfig(const std::string& path)
 {
@@ -203,6 +204,10 @@ bool isLearnedMap(const std::string& registeredName)
   return dynamic_cast<const CLearnedMap*>(object.get()) != nullptr;
 }
 
+namespace
+{
+/// A registered name: the name itself, or the class name completed by its namespace.
+/// @throws UsageError naming the nearest known name
 std::string resolveMapName(const std::string& name)
 {
   const std::vector<std::string> names = registeredMapNames();
@@ -215,9 +220,7 @@ std::string resolveMapName(const std::string& name)
   throw UsageError("-m " + name + ": no map of this name; did you mean " + nearestOf(name, names) + "?");
 }
 
-namespace
-{
-/// The readers of configurations name files' sections, which who gives settings has not.
+/// Without names of sections and files, which a user who gives settings has not written.
 std::string asSettingsSay(std::string message, const std::string& map)
 {
   for (const std::string& part :

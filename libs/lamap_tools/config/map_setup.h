@@ -30,12 +30,8 @@ struct Setting
 };
 [[nodiscard]] Setting parseSetting(const std::string& setting);
 
-/// What an .ini file says of its first map of a name, in the file's order.
+/// The settings of an .ini file for its first map of a name, in the file's order.
 [[nodiscard]] std::vector<Setting> settingsIn(const std::string& configPath, const std::string& mapName);
-
-/** A name under which MRPT knows a map: the name itself, or the class name completed by its namespace.
- * @throws UsageError naming the nearest known name */
-[[nodiscard]] std::string resolveMapName(const std::string& name);
 
 /// Every name under which MRPT knows a map class: aliases, class names with and without namespace.
 [[nodiscard]] std::vector<std::string> registeredMapNames();
@@ -44,7 +40,7 @@ struct Setting
 /// Whether a registered name is that of one of this library's maps.
 [[nodiscard]] bool isLearnedMap(const std::string& registeredName);
 
-/// What a request comes to.
+/// A request with its name and options resolved.
 struct MapDefinition
 {
   std::string name;  ///< the registered name by which the map was chosen
@@ -55,7 +51,7 @@ struct MapDefinition
  * @throws std::runtime_error naming the file if it cannot be read, or what it counts is no map */
 [[nodiscard]] std::vector<std::string> mapsCountedIn(const std::string& configPath);
 
-/** Reads what a request says.
+/** Resolves a request.
  *
  * Stricter than MRPT, whose loaders skip what they do not know: a section, key or map name that nothing reads
  * and a value that is not of the kind its reader takes it for are errors that name the nearest right one.

@@ -1,8 +1,8 @@
 #include <lamap_tools/inputs/graph_file.h>
+#include <lamap_tools/inputs/pose_track.h>
 #include <octomap/octomap_types.h>
 
 #include <Eigen/Geometry>
-#include <cmath>
 #include <filesystem>
 #include <istream>
 #include <stdexcept>
@@ -13,11 +13,11 @@ namespace
 {
 constexpr uint64_t kPointBytes = 12;
 
-Eigen::Isometry3d isometryOf(const octomap::pose6d& pose)
+Eigen::Isometry3d isometryFrom(const octomap::pose6d& pose)
 {
   const auto& q = pose.rot();
   Eigen::Quaterniond rotation(q.u(), q.x(), q.y(), q.z());
-  if (!(std::abs(rotation.norm() - 1) < 0.01)) throw std::runtime_error("its rotation has not the length 1");
+  if (!isUnit(rotation)) throw std::runtime_error("its rotation has not the length 1");
   rotation.normalize();
   const Eigen::Vector3d translation(pose.x(), pose.y(), pose.z());
   if (!translation.allFinite()) throw std::runtime_error("its position is not finite");
@@ -42,7 +42,7 @@ Scan readNode(std::istream& file, uint64_t bytesLeft)
   if (!file) throw std::runtime_error("the file ends within it");
 
   Scan scan;
-  scan.sensorPose_map = isometryOf(pose);
+  scan.sensorPose_map = isometryFrom(pose);
   RayFan& fan = scan.fans.emplace_back();
   fan.rays.reserve(points.size());
   for (const octomap::point3d& point : points) fan.addReturn({point.x(), point.y(), point.z()});

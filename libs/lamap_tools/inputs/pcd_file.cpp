@@ -1,4 +1,5 @@
 #include <lamap_tools/inputs/pcd_file.h>
+#include <lamap_tools/inputs/pose_track.h>
 #include <lzf.h>
 
 #include <Eigen/Geometry>
@@ -189,12 +190,9 @@ class PcdReader
   [[nodiscard]] mrpt::poses::CPose3D viewpoint() const
   {
     const auto& v = header_.viewpoint;
-    Eigen::Quaterniond rotation(v[3], v[4], v[5], v[6]);
-    if (!(std::abs(rotation.norm() - 1) < 0.01))
-      fail("the rotation of VIEWPOINT (qw qx qy qz) has not the length 1");
-    rotation.normalize();
-    return mrpt::poses::CPose3D(mrpt::math::CMatrixDouble33(Eigen::Matrix3d(rotation.toRotationMatrix())),
-                                mrpt::math::CMatrixDouble31(Eigen::Matrix<double, 3, 1>(v[0], v[1], v[2])));
+    const Eigen::Quaterniond rotation(v[3], v[4], v[5], v[6]);
+    if (!isUnit(rotation)) fail("the rotation of VIEWPOINT (qw qx qy qz) has not the length 1");
+    return poseFrom(rotation, {v[0], v[1], v[2]});
   }
 
   void readAscii(std::vector<Eigen::Vector3d>& points)

@@ -1,7 +1,6 @@
+#include <lamap_mrpt/observations/isometry.h>
 #include <lamap_tools/inputs/pose_track.h>
-#include <mrpt/math/CQuaternion.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -14,15 +13,14 @@ using mrpt::poses::CPose3D;
 
 namespace
 {
-Eigen::Quaterniond rotationOf(const CPose3D& pose)
+/// fraction 0 is the first pose, 1 the second.
+CPose3D interpolated(const CPose3D& first, const CPose3D& second, double fraction)
 {
-  return Eigen::Quaterniond(Eigen::Matrix3d(pose.getRotationMatrix().asEigen()));
-}
-
-CPose3D poseFrom(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation)
-{
-  const mrpt::math::CMatrixDouble33 matrix(rotation.normalized().toRotationMatrix());
-  return CPose3D(matrix, mrpt::math::CMatrixDouble31(translation));
+  const Eigen::Isometry3d from = isometryOf(first);
+  const Eigen::Isometry3d to = isometryOf(second);
+  const Eigen::Quaterniond rotation =
+      Eigen::Quaterniond(from.linear()).slerp(fraction, Eigen::Quaterniond(to.linear()));
+  return poseFrom(rotation, from.translation() + fraction * (to.translation() - from.translation()));
 }
 
 std::vector<double> numbersOf(const std::string& line, const std::string& place)
@@ -46,12 +44,24 @@ CPose3D poseOfColumns(const std::vector<double>& columns, const std::string& pla
   if (columns.size() == 7)
     return CPose3D(columns[1], columns[2], columns[3], columns[4], columns[5], columns[6]);
   const Eigen::Quaterniond rotation(columns[7], columns[4], columns[5], columns[6]);
-  if (std::abs(rotation.norm() - 1) > 0.01)
+  if (!isUnit(rotation))
     throw std::runtime_error(place + ": the quaternion (qx qy qz qw) has the length " +
                              std::to_string(rotation.norm()) + " and not 1");
   return poseFrom(rotation, {columns[1], columns[2], columns[3]});
 }
 }  // namespace
+
+bool isUnit(const Eigen::Quaterniond& rotation)
+{
+  return std::abs(rotation.norm() - 1) < 0.01;  // false for NaN
+}
+
+CPose3D poseFrom(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation)
+{
+  Eigen::Isometry3d isometry(rotation.normalized());
+  isometry.translation() = translation;
+  return poseOf(isometry);
+}
 
 PoseTrack::PoseTrack(std::vector<TimedPose> poses) : poses_(std::move(poses))
 {
@@ -74,15 +84,7 @@ std::optional<CPose3D> PoseTrack::at(mrpt::Clock::time_point time) const
   const auto before = std::prev(after);
   const double fraction = static_cast<double>((time - before->time).count()) /
                           static_cast<double>((after->time - before->time).count());
-  return interpolatePose(before->pose_map, after->pose_map, fraction);
-}
-
-CPose3D interpolatePose(const CPose3D& first, const CPose3D& second, double fraction)
-{
-  const Eigen::Vector3d from(first.x(), first.y(), first.z());
-  const Eigen::Vector3d to(second.x(), second.y(), second.z());
-  const Eigen::Quaterniond rotation = rotationOf(first).slerp(fraction, rotationOf(second));
-  return poseFrom(rotation, from + fraction * (to - from));
+  return interpolated(before->pose_map, after->pose_map, fraction);
 }
 
 std::vector<TimedPose> readPoseFile(const std::string& path)

@@ -3,6 +3,7 @@
 #include <mrpt/core/Clock.h>
 #include <mrpt/poses/CPose3D.h>
 
+#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,13 +25,11 @@ struct TimedPose
 class PoseTrack
 {
  public:
-  PoseTrack() = default;
   /// In any order; of several poses with the same time, the last one counts.
   explicit PoseTrack(std::vector<TimedPose> poses);
 
   [[nodiscard]] std::optional<mrpt::poses::CPose3D> at(mrpt::Clock::time_point time) const;
 
-  [[nodiscard]] bool empty() const { return poses_.empty(); }
   /// Sorted by time, one per time.
   [[nodiscard]] const std::vector<TimedPose>& poses() const { return poses_; }
 
@@ -38,9 +37,11 @@ class PoseTrack
   std::vector<TimedPose> poses_;
 };
 
-/// A pose between two others; fraction 0 is the first, 1 the second.
-[[nodiscard]] mrpt::poses::CPose3D interpolatePose(const mrpt::poses::CPose3D& first,
-                                                   const mrpt::poses::CPose3D& second, double fraction);
+/// Whether a quaternion that was read is a rotation, to the digits that files give.
+[[nodiscard]] bool isUnit(const Eigen::Quaterniond& rotation);
+/// @param rotation  normalized here
+[[nodiscard]] mrpt::poses::CPose3D poseFrom(const Eigen::Quaterniond& rotation,
+                                            const Eigen::Vector3d& translation);
 
 /** Reads poses, one per line, in the file's order. The number of columns determines the format:
  *   8  TUM: time tx ty tz qx qy qz qw

@@ -43,13 +43,6 @@ Time timeFrom(int64_t ticks)
   return Time(Time::duration(ticks));
 }
 
-std::string shortClassName(const mrpt::rtti::CObject& object)
-{
-  const std::string name = object.GetRuntimeClass()->className;
-  const size_t colon = name.rfind(':');
-  return colon == std::string::npos ? name : name.substr(colon + 1);
-}
-
 /// The movement of an action collection: the 3D one if there is one, else the 2D one with the smallest
 /// covariance.
 struct Movement

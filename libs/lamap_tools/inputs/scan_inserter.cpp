@@ -17,21 +17,6 @@ using mrpt::poses::CPose3D;
 
 namespace
 {
-template <class Counts>
-size_t sumOf(const Counts& counts)
-{
-  size_t sum = 0;
-  for (const auto& entry : counts) sum += entry.second;
-  return sum;
-}
-
-std::string kindOf(const mrpt::obs::CObservation& observation)
-{
-  const std::string name = observation.GetRuntimeClass()->className;
-  const size_t colon = name.rfind(':');
-  return colon == std::string::npos ? name : name.substr(colon + 1);
-}
-
 bool isPointCloud(const mrpt::obs::CObservation& observation)
 {
   return IS_CLASS(observation, mrpt::obs::CObservationPointCloud) ||
@@ -42,11 +27,9 @@ bool isPointCloud(const mrpt::obs::CObservation& observation)
 
 size_t InsertionTally::usedCount() const
 {
-  return sumOf(used);
-}
-size_t InsertionTally::leftOutCount() const
-{
-  return sumOf(leftOut);
+  size_t sum = 0;
+  for (const auto& entry : used) sum += entry.second;
+  return sum;
 }
 
 void ScanInserter::insert(const ScanItem& item)
@@ -56,7 +39,7 @@ void ScanInserter::insert(const ScanItem& item)
 
 void ScanInserter::insert(const ObservedScan& scan)
 {
-  count(kindOf(*scan.observation), tryInserting(scan));
+  count(shortClassName(*scan.observation), tryInserting(scan));
 }
 
 void ScanInserter::insert(const PointScan& scan)

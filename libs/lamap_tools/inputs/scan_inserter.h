@@ -18,7 +18,6 @@ struct InsertionTally
   std::map<std::pair<std::string, std::string>, size_t> leftOut;
 
   [[nodiscard]] size_t usedCount() const;
-  [[nodiscard]] size_t leftOutCount() const;
 };
 
 /// Why scans were not used: "  left out: COUNT KIND: REASON" per line. @param who  is named before it

@@ -256,6 +256,12 @@ bool inNaturalOrder(const std::string& a, const std::string& b)
   return i == a.size();
 }
 
+std::string shortClassName(const mrpt::rtti::CObject& object)
+{
+  const std::string name = object.GetRuntimeClass()->className;
+  return name.substr(name.rfind(':') + 1);  // all of it where there is no colon
+}
+
 ScanItem ownCopyOf(const ScanItem& item)
 {
   const auto* observed = std::get_if<ObservedScan>(&item);

@@ -32,7 +32,7 @@ struct PointScan
   Scan scan;
 };
 
-/// Something that no map will be given, and why.
+/// Something that is not inserted, and why.
 struct LeftOutScan
 {
   std::string kind;
@@ -41,8 +41,11 @@ struct LeftOutScan
 
 using ScanItem = std::variant<ObservedScan, PointScan, LeftOutScan>;
 
-/** An item of its own for one thread or one map: MRPT's observations load external files, and keep what they
- * computed last, even where they are const. */
+/// An object's class without its namespace, for reports.
+[[nodiscard]] std::string shortClassName(const mrpt::rtti::CObject& object);
+
+/** A deep copy for another thread or map, because MRPT's observations load external files and cache results
+ * even when they are const. */
 [[nodiscard]] ScanItem ownCopyOf(const ScanItem& item);
 
 /** The scans of one input, in its order. Belongs to one thread. */
@@ -53,13 +56,13 @@ class ScanSource
 
   /// The path as it was given.
   [[nodiscard]] const std::string& path() const { return path_; }
-  /// How many items next() will give, as far as is known.
+  /// Number of items that next() will give, as far as is known.
   [[nodiscard]] size_t expectedItems() const { return expectedItems_; }
   /// The next item; nothing at the end. @throws std::runtime_error naming the file if it cannot be read.
   [[nodiscard]] virtual std::optional<ScanItem> next() = 0;
   /// What could not be read, because a file was cut short or is damaged, as far as next() has met it.
   [[nodiscard]] const std::vector<std::string>& damages() const { return damages_; }
-  /// What a reader of the report should know about how this input was read.
+  /// Remarks for the report on how this input was read.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
  protected:
@@ -83,14 +86,13 @@ struct InputOptions
   std::string posesPath;
   /// Of PCD files: where the sensor is in the frame of VIEWPOINT or of the pose that replaces it [m].
   Eigen::Vector3d sensorOrigin = Eigen::Vector3d::Zero();
-  /// For rawlogs: the robot stood at the map's origin all the time, whatever the log says.
+  /// For rawlogs: the robot stood still at the map's origin, whatever the log says.
   bool standingStill = false;
-  /// Looked at from time to time while a log is surveyed.
+  /// Called from time to time while a log is surveyed.
   std::function<bool()> shouldStop = [] { return false; };
 };
 
-/** Opens inputs and finds out what they hold. Simple maps are held in memory; of the others only poses and
- * names are.
+/** Opens inputs and surveys them. Simple maps are held in memory; of other inputs, only poses and names are.
  *
  * - `.rawlog`: every observation but odometry. The robot's poses are `posesPath` if it is given, else the
  * log's actions composed from the identity if it has any, else its CObservationOdometry. A pose composed from

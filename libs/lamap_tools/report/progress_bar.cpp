@@ -35,11 +35,11 @@ void ProgressBar::show(const Progress& progress, Clock::time_point now)
     started_ = true;
     begin_ = lastDrawn_ = now;
   }
-  const bool known = progress.expected > 0;  // how many there are to come
+  const bool known = progress.expected > 0;  // the total
   const bool atEnd = known && progress.done >= progress.expected;
   const auto pause = isTerminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(10);
   const bool atBegin = isTerminal_ && !drawn_;
-  // Elsewhere than on a terminal the closing report follows the last line at once.
+  // Without a terminal, no line at the end: the final report follows at once.
   if (!atBegin && now - lastDrawn_ < pause && !(isTerminal_ && atEnd)) return;
   lastDrawn_ = now;
   drawn_ = true;
@@ -48,12 +48,12 @@ void ProgressBar::show(const Progress& progress, Clock::time_point now)
   const double rate = seconds > 0 ? static_cast<double>(progress.done) / seconds : 0;
   std::string text = known ? mrpt::format("%zu of %zu %s", progress.done, progress.expected, unit_.c_str())
                            : mrpt::format("%zu %s", progress.done, unit_.c_str());
-  if (rate > 0 && !known) text += mrpt::format(", %.1f a second", rate);
+  if (rate > 0 && !known) text += mrpt::format(", %.1f per second", rate);
   if (rate > 0 && known)
   {
     const double left =
         static_cast<double>(progress.expected - std::min(progress.done, progress.expected)) / rate;
-    text += mrpt::format(", %.1f a second, %s left", rate, durationText(left).c_str());
+    text += mrpt::format(", %.1f per second, %s left", rate, durationText(left).c_str());
   }
   if (isTerminal_)
   {
