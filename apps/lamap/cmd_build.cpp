@@ -18,27 +18,27 @@ void describe(CLI::App& command, BuildArguments& arguments)
 {
   tools::BuildOptions& options = arguments.build;
   command
-      .add_option(
-          "-i,--input", options.inputs.paths,
-          "Logs: .rawlog, .simplemap[.gz], .pcd or a folder of them, .graph; one named twice is used twice")
+      .add_option("-i,--input", options.inputs.paths,
+                  "Logs: .rawlog, .simplemap[.gz], .pcd or a folder of them, .graph; an input named twice is "
+                  "used twice")
       ->required();
   command.add_option(
       "-m,--map", options.map.mapName,
       "Kind of map: bgkMap, hilbertMap, overlappingHilbertMap, gpMap, or one of MRPT's own, e.g. octoMap");
   command.add_option("-c,--config", options.map.configPath,
-                     ".ini file with [map] and [map_<kind>_00_...]; without -m, the map that it counts");
+                     ".ini file with [map] and [map_<kind>_00_...]; without -m, it selects the map");
   command.add_option("-o,--output", options.outPath, "Where to save: .lamap.gz; with -m octoMap also .ot")
       ->required();
   command.add_option("-s,--set", options.map.settings,
-                     "section.key=value over what the file says, e.g. insertOpts.maxRange=30");
-  command.add_option("--onto", options.ontoPath, "Go on with this saved map; its options hold");
+                     "section.key=value, overrides the file, e.g. insertOpts.maxRange=30");
+  command.add_option("--onto", options.ontoPath, "Continue this saved map, with its own options");
   addLogOptions(command, arguments.log, options.inputs, options.threads);
-  command.add_flag("--json", arguments.json, "The closing report as JSON");
+  command.add_flag("--json", arguments.json, "Print the final report as JSON");
 }
 
 int build(BuildArguments& arguments)
 {
-  // The map that is gone on with may well be the one that is saved.
+  // The saved map may replace the one that is continued.
   tools::requireOwnPlaces({arguments.build.outPath},
                           pathsRead(arguments.build.inputs, {arguments.build.map.configPath}));
   prepareInputs(arguments.log, arguments.build.inputs);
@@ -59,8 +59,8 @@ int build(BuildArguments& arguments)
 
 void addBuild(CLI::App& app, Action& action)
 {
-  addCommand<BuildArguments>(app, action, "build", "Make a map from logs, or go on with a saved one",
-                             describe, build);
+  addCommand<BuildArguments>(app, action, "build", "Build a map from logs, or continue a saved one", describe,
+                             build);
 }
 
 }  // namespace lamap::app

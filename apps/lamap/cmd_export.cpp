@@ -25,7 +25,7 @@ void describe(CLI::App& command, ExportArguments& arguments)
       ->required();
   command.add_option(
       "--states", arguments.states,
-      "Cells to write: occupied, free, unknown, joined by commas, or all (.csv, .ply, .pcd, .3Dscene; "
+      "Cells to write: occupied, free, unknown, separated by commas, or all (.csv, .ply, .pcd, .3Dscene; "
       "default all for .csv, occupied for the others)");
   command.add_option("--z", arguments.options.z_m, "Height of the slice [m] (.yaml)");
   command.add_option("--z-min", arguments.options.zMin_m, "Lowest height of a projection [m] (.yaml, .png)");
@@ -45,8 +45,9 @@ int exportMap(ExportArguments& arguments)
 
 void addExport(CLI::App& app, Action& action)
 {
-  addCommand<ExportArguments>(app, action, "export", "Write a map for other programs; the extension says how",
-                              describe, exportMap);
+  addCommand<ExportArguments>(app, action, "export",
+                              "Export a map for other programs; the extension selects the format", describe,
+                              exportMap);
 }
 
 }  // namespace lamap::app

@@ -15,7 +15,7 @@ struct InfoArguments
 void describe(CLI::App& command, InfoArguments& arguments)
 {
   addMapArgument(command, arguments.map);
-  command.add_flag("--json", arguments.json, "The same facts as JSON");
+  command.add_flag("--json", arguments.json, "Print the same facts as JSON");
 }
 
 int info(InfoArguments& arguments)
@@ -32,7 +32,7 @@ int info(InfoArguments& arguments)
 void addInfo(CLI::App& app, Action& action)
 {
   addCommand<InfoArguments>(app, action, "info",
-                            "Say what is in a map: class, cells, extent, evidence, every option", describe,
+                            "Show what a map holds: class, cells, extent, evidence, every option", describe,
                             info);
 }
 

@@ -17,23 +17,22 @@ struct QueryArguments
 void describe(CLI::App& command, QueryArguments& arguments)
 {
   addMapArgument(command, arguments.map);
-  // A point is one text with commas: CLI11 shall not cut it up.
-  auto* at =
-      command.add_option("--at", arguments.at, "A point x,y,z in the map frame [m]; may be named again")
-          ->type_size(1)
-          ->allow_extra_args(false)
-          ->take_all();
+  // A point is one text with commas that CLI11 must not split.
+  auto* at = command.add_option("--at", arguments.at, "A point x,y,z in the map frame [m]; may be repeated")
+                 ->type_size(1)
+                 ->allow_extra_args(false)
+                 ->take_all();
   auto* file = command.add_option(
       "--points", arguments.pointsFile,
-      "A file of points, x,y,z per line, or a CSV whose header names them; - for the input");
+      "File of points: x,y,z per line, or a CSV whose header names x, y and z; -: standard input");
   at->excludes(file);
-  command.add_flag("--json", arguments.json, "The answers as JSON");
+  command.add_flag("--json", arguments.json, "Print the answers as JSON");
 }
 
 void check(const CLI::App& /*command*/, const QueryArguments& arguments)
 {
   if (arguments.at.empty() && arguments.pointsFile.empty())
-    throw CLI::ValidationError("query", "name points by --at x,y,z or --points FILE");
+    throw CLI::ValidationError("query", "give points with --at x,y,z or --points FILE");
 }
 
 int query(QueryArguments& arguments)
@@ -53,8 +52,8 @@ int query(QueryArguments& arguments)
 void addQuery(CLI::App& app, Action& action)
 {
   addCommand<QueryArguments>(app, action, "query",
-                             "Ask a map about points: probability, variance, state, evidence", describe,
-                             query, check);
+                             "Query a map at points: probability, variance, state, evidence", describe, query,
+                             check);
 }
 
 }  // namespace lamap::app

@@ -18,7 +18,8 @@ void describe(CLI::App& command, ThinArguments& arguments)
   tools::ThinOptions& options = arguments.options;
   command.add_option("-i,--input", options.inPath, "The log: .rawlog, .simplemap or .simplemap.gz")
       ->required();
-  command.add_option("-o,--output", options.outPath, "Where to save, the same kind of log")->required();
+  command.add_option("-o,--output", options.outPath, "Where to save it; must be the same kind of log")
+      ->required();
   command.add_option("--keep-every", options.every, "Keep every Nth ray of each 2D scan and point cloud")
       ->required()
       ->check(wholeNumber(1, kMostEvery));
@@ -43,8 +44,7 @@ int thin(ThinArguments& arguments)
 
 void addThin(CLI::App& app, Action& action)
 {
-  addCommand<ThinArguments>(app, action, "thin",
-                            "Write a log again as a sensor with fewer beams would have taken it", describe,
+  addCommand<ThinArguments>(app, action, "thin", "Rewrite a log as if its sensors had fewer beams", describe,
                             thin);
 }
 

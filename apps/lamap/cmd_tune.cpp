@@ -20,27 +20,28 @@ void describe(CLI::App& command, TuneArguments& arguments)
   command.add_option("-i,--input", options.inputs.paths, "Logs, as of `lamap build`")->required();
   command.add_option("-m,--map", options.map.mapName, "Kind of map, as of `lamap build`");
   command.add_option("-c,--config", options.map.configPath, ".ini file to start from, as of `lamap build`");
-  // Values are separated by commas, which are the search's own business.
+  // tuneMap() splits the values at their commas.
   command
-      .add_option("-s,--set", options.map.settings,
-                  "section.key=value, fixed; or section.key=a,b,c, searched: all combinations are tried")
+      .add_option(
+          "-s,--set", options.map.settings,
+          "section.key=value fixes an option; section.key=a,b,c searches it: all combinations are tried")
       ->required();
   command.add_option("-o,--output", options.outPath, "Where to save the best settings, an .ini file");
   auto* every = command
                     .add_option("--held-out", options.every,
-                                "Every Nth scan of each sensor is kept from the maps and scored")
+                                "Hold out every Nth scan of each sensor, and score the maps by those")
                     ->check(wholeNumber(2, kMostEvery))
                     ->capture_default_str();
   command
       .add_flag("--prequential", options.prequential,
-                "Instead: every scan is scored by what the map knows before it gets the scan")
+                "Instead, score each map by every scan before that scan is inserted")
       ->excludes(every);
   command
       .add_option("--max-range", options.maxRange_m,
-                  "Rays are scored up to here [m]; default: as far as the map inserts them")
+                  "Score rays up to this range [m]; default: as far as the map inserts them")
       ->check(CLI::PositiveNumber);
   addLogOptions(command, arguments.log, options.inputs, options.threads);
-  command.add_flag("--json", arguments.json, "The scores as JSON");
+  command.add_flag("--json", arguments.json, "Print the scores as JSON");
 }
 
 int tune(TuneArguments& arguments)

@@ -37,22 +37,22 @@ void addMapArgument(CLI::App& command, std::string& map)
 std::vector<CLI::Option*> addLogOptions(CLI::App& command, LogArguments& arguments,
                                         tools::InputOptions& inputs, unsigned& threads)
 {
-  constexpr int64_t kMostThreads = 1024;  // more than any machine has today are a mistake
-  return {command.add_option(
-              "--poses", inputs.posesPath,
-              "Poses in place of the log's (TUM format or MRPT's path text); for PCD files one per file"),
-          command.add_option("--sensor-origin", arguments.sensorOrigin,
-                             "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]"),
-          command.add_flag("--static", inputs.standingStill,
-                           "For rawlogs: the robot stood at the origin all the time"),
-          command.add_option("--threads", threads, "How many threads; 0: as many as the machine has")
-              ->check(wholeNumber(0, kMostThreads)),
-          addAllowTruncated(command, arguments.allowTruncated)};
+  constexpr int64_t kMostThreads = 1024;  // more than any machine has: a mistake
+  return {
+      command.add_option(
+          "--poses", inputs.posesPath,
+          "Poses to use instead of the log's (TUM format or MRPT's path text); for PCD files, one per file"),
+      command.add_option("--sensor-origin", arguments.sensorOrigin,
+                         "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]"),
+      command.add_flag("--static", inputs.standingStill, "For rawlogs: the robot stood still at the origin"),
+      command.add_option("--threads", threads, "Number of threads; 0: as many as the machine has")
+          ->check(wholeNumber(0, kMostThreads)),
+      addAllowTruncated(command, arguments.allowTruncated)};
 }
 
 CLI::Option* addAllowTruncated(CLI::App& command, bool& allowTruncated)
 {
-  return command.add_flag("--allow-truncated", allowTruncated, "A log that was cut short is no failure");
+  return command.add_flag("--allow-truncated", allowTruncated, "Exit with 0 even if a log was cut short");
 }
 
 void prepareInputs(const LogArguments& arguments, tools::InputOptions& inputs)

@@ -19,7 +19,7 @@ namespace lamap::app
 {
 /** Adds a subcommand whose arguments live as long as its action.
  * @param describe  adds its options
- * @param run       does it, @return the exit code
+ * @param run       runs it and returns the exit code
  * @param check     throws CLI::ValidationError if the options do not go together */
 template <class Arguments>
 void addCommand(CLI::App& app, Action& action, const std::string& name, const std::string& text,
@@ -40,7 +40,7 @@ void addCommand(CLI::App& app, Action& action, const std::string& name, const st
 /// The map file that a command reads.
 void addMapArgument(CLI::App& command, std::string& map);
 
-// ---- What every command takes that reads logs and makes maps of them
+// ---- For commands that build maps from logs
 
 struct LogArguments
 {
@@ -53,18 +53,18 @@ std::vector<CLI::Option*> addLogOptions(CLI::App& command, LogArguments& argumen
                                         tools::InputOptions& inputs, unsigned& threads);
 CLI::Option* addAllowTruncated(CLI::App& command, bool& allowTruncated);
 
-/// To be called before the inputs are opened: from now on Ctrl-C ends the reading.
-/// @throws UsageError if the sensor's origin is no point
+/// Call before the inputs are opened: from then on, Ctrl-C ends the reading.
+/// @throws UsageError if the sensor's origin is not a point
 void prepareInputs(const LogArguments& arguments, tools::InputOptions& inputs);
 
-/// Says what could not be read of the inputs. @return the exit code that this gives
+/// Reports what could not be read of the inputs. @return the resulting exit code
 int tellDamages(bool allowTruncated, const std::vector<tools::InputReport>& inputs);
 
-/// What a command reads: its inputs, and others.
+/// All files that a command reads: its inputs, and others.
 [[nodiscard]] std::vector<std::string> pathsRead(const tools::InputOptions& inputs,
                                                  const std::vector<std::string>& others);
 
-// ---- What every command takes that scores maps
+// ---- For commands that score maps
 
 struct ScoreArguments
 {
@@ -77,13 +77,13 @@ struct ScoreArguments
 
 /// Adds --roc, --calibration and --thresholds.
 void addScoreOptions(CLI::App& command, ScoreArguments& arguments);
-/// Refuses files that cannot be written, before any work. @throws as requireCurveFile()
+/// Refuses, before any work, files of a kind that cannot be written. @throws as requireCurveFile()
 void requireCurveFiles(const ScoreArguments& arguments);
 void writeCurves(const ScoreArguments& arguments, const std::vector<tools::MapScores>& maps);
 
 // ---- Legal values
 
-/// For an option of an enumeration's type: one of the words that name its values, in any case.
+/// For an option that is an enumeration: one of the words for its values, in upper or lower case.
 [[nodiscard]] CLI::Validator wordToNumber(std::map<std::string, int> words);
 template <typename Enumeration>
 [[nodiscard]] CLI::Validator oneOf(const std::map<std::string, Enumeration>& words)
@@ -93,23 +93,22 @@ template <typename Enumeration>
   return wordToNumber(std::move(numbers));
 }
 
-/// A whole number between limits that are legal themselves.
+/// A whole number between two limits, inclusive.
 [[nodiscard]] CLI::Validator wholeNumber(int64_t low, int64_t high);
 
-/// For every Nth of something.
+/// The largest N in "every Nth".
 constexpr int64_t kMostEvery = 1'000'000'000;
 
 // ---- How a command runs and ends
 
-/// From now on SIGINT and SIGTERM ask for a stop, which stopRequested() tells; a second one ends the program
-/// at once.
+/// After this, SIGINT or SIGTERM makes stopRequested() true; a second one ends the program at once.
 void catchStopSignals();
 [[nodiscard]] bool stopRequested();
 
-/// Where a progress bar is drawn.
+/// A progress bar on the standard error output.
 [[nodiscard]] tools::ProgressBar makeProgressBar(const std::string& unit = "scans");
 
-/// Does a long work, which tells a progress bar how far it is.
+/// Runs a long task with a progress bar.
 template <class Work>
 auto withProgressBar(const Work& work, const std::string& unit = "scans")
 {
@@ -117,7 +116,7 @@ auto withProgressBar(const Work& work, const std::string& unit = "scans")
   return work(tools::ProgressSink([&](const tools::Progress& progress) { bar.show(progress); }));
 }
 
-/// Says that the user stopped it, and what becomes of the work. @return the exit code
+/// Reports that the user stopped the command, and the consequence. @return the exit code
 int stoppedByUser(const std::string& consequence);
 
 inline void print(const nlohmann::ordered_json& json)

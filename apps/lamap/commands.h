@@ -7,10 +7,10 @@
 
 namespace lamap::app
 {
-/// What a chosen subcommand does. @return the exit code
+/// Runs the chosen subcommand. @return the exit code
 using Action = std::function<int()>;
 
-// One function per subcommand: describes it, and sets the action when it was chosen.
+// One function per subcommand: adds it, and sets the action if it is chosen.
 void addBuild(CLI::App& app, Action& action);
 void addCompare(CLI::App& app, Action& action);
 void addInfo(CLI::App& app, Action& action);
@@ -24,8 +24,9 @@ void addTune(CLI::App& app, Action& action);
 /// @param program  what takeProgram() took from the command line
 void addRun(CLI::App& app, Action& action, const std::vector<std::string>& program);
 
-/** Takes the program to run, and its arguments, off the end of `run [--flags] [--] PROGRAM ARGUMENTS...`:
- * CLI11 would look for its own options among them. Takes nothing where the first argument is not `run`. */
+/** Removes the program and its arguments from the end of `run [--flags] [--] PROGRAM ARGUMENTS...` and
+ * returns them, because CLI11 would look for its own options among them. Returns nothing if the first
+ * argument is not `run`. */
 [[nodiscard]] std::vector<std::string> takeProgram(std::vector<std::string>& arguments);
 
 /// Exit codes beside 0.

@@ -27,18 +27,18 @@ void requireSubcommand(const CLI::App& app, const std::vector<std::string>& argu
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
   if (std::find(names.begin(), names.end(), name) != names.end()) return;
-  const std::string wrong =
-      name.empty() ? "which subcommand?"
-                   : "'" + name + "' is no subcommand; did you mean " + lamap::nearestOf(name, names) + "?";
+  const std::string wrong = name.empty() ? "which subcommand?"
+                                         : "'" + name + "' is not a subcommand; did you mean " +
+                                               lamap::nearestOf(name, names) + "?";
   throw lamap::tools::UsageError(wrong + " There are: " + lamap::tools::joined(names) +
-                                 ". `lamap --help` says what they do");
+                                 ". `lamap --help` describes them");
 }
 }  // namespace
 
 int main(int argc, char** argv)
 {
   using namespace lamap::app;
-  CLI::App app{"Learned 3D occupancy maps: from logs to saved maps, and what is in them", "lamap"};
+  CLI::App app{"Learned 3D occupancy maps: build them from logs, inspect, score and export them", "lamap"};
   app.set_version_flag("--version", LAMAP_VERSION);
   app.require_subcommand(1);
   Action action;

@@ -130,7 +130,7 @@ TEST_F(BuildProgram, WrongWordsAreNamedBesideTheRightOnes)
 {
   const std::string log = smallLog();
   const auto message = [&](const std::vector<std::string>& arguments) { return run(arguments).err; };
-  EXPECT_NE(message({"bild"}).find("'bild' is no subcommand; did you mean build?"), std::string::npos);
+  EXPECT_NE(message({"bild"}).find("'bild' is not a subcommand; did you mean build?"), std::string::npos);
   EXPECT_NE(message({}).find("There are: build"), std::string::npos);
   for (const std::string threads : {"-1", "two", "1.5", "1025", "99999999999999999999"})
     EXPECT_NE(

@@ -211,7 +211,7 @@ TEST_F(EvalCommand, NoCommandWritesOverWhatItReadsOrAFileTwice)
   for (const auto& [command, arguments] : cases)
   {
     EXPECT_EQ(run(arguments, command), 2) << command << " " << arguments << ": " << err_;
-    const bool named = err_.find("is read, and would be written over") != std::string::npos ||
+    const bool named = err_.find("is an input, and would be overwritten") != std::string::npos ||
                        err_.find("would be written twice") != std::string::npos;
     EXPECT_TRUE(named) << command << " " << arguments << ": " << err_;
   }

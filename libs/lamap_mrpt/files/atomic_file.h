@@ -5,7 +5,7 @@
 
 namespace lamap
 {
-/// What the system says of an error number.
+/// The system's message for an error number.
 [[nodiscard]] std::string systemReason(int errorNumber);
 
 /** A file that appears at its place only when it is whole.

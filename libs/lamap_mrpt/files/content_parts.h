@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-// Parts of which the content of map files is made.
+// Building blocks of the content of map files.
 namespace lamap
 {
 constexpr size_t kIndexBytes = 3 * sizeof(int32_t);
@@ -40,14 +40,14 @@ template <typename Matrix>
   return matrix;
 }
 
-/// A count (uint64), and so many elements.
+/// A count (uint64), then that many elements.
 template <typename Element, typename Write>
 void writeAll(const std::vector<Element>& all, ByteWriter& out, Write&& write)
 {
   out.number<uint64_t>(all.size());
   for (const Element& element : all) write(element);
 }
-/// @param leastBytes of an element: no more are made room for than the bytes left can hold
+/// @param leastBytes of an element: room is made for no more than the remaining bytes can hold
 template <typename Element, typename Read>
 void readAll(std::vector<Element>& all, size_t leastBytes, ByteReader& in, Read&& read)
 {

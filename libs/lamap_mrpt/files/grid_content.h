@@ -14,8 +14,8 @@ namespace lamap
  * 2: pruned) and its packed words. */
 void writeGrid(const Evidence& grid, ByteWriter& out);
 
-/** Reads them again, into a grid without blocks.
- * @param planarLayer the only layer of cells that there may be
+/** Reads them into an empty grid.
+ * @param planarLayer the only layer of cells that is allowed
  * @throws std::runtime_error naming the place and what cannot be; the bytes are not trusted. */
 void readGrid(Evidence& grid, std::optional<int32_t> planarLayer, ByteReader& in);
 

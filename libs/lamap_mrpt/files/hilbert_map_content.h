@@ -5,7 +5,7 @@
 
 namespace lamap
 {
-/// What a Hilbert map has learned as bytes, the same for the same content; its options apart.
+/// Appends what a Hilbert map has learned, without its options: equal content gives equal bytes.
 void writeHilbertState(const HilbertState& state, ByteWriter& out);
 /// @throws std::runtime_error saying where the bytes end too early; HilbertMap::restore() judges the content.
 [[nodiscard]] HilbertState readHilbertState(ByteReader& in);

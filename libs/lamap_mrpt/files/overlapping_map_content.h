@@ -5,10 +5,10 @@
 
 namespace lamap
 {
-/// What an overlapping Hilbert map holds as bytes, the same for the same content; its options apart.
+/// Appends what an overlapping Hilbert map holds, without its options: equal content gives equal bytes.
 void writeOverlappingMap(const OverlappingHilbertMap& map, ByteWriter& out);
 
-/** Reads it again, into a map of the same structure that is empty.
+/** Reads it into an empty map of the same structure.
  * @throws std::runtime_error naming the place and what cannot be; the bytes are not trusted. */
 void readOverlappingMap(OverlappingHilbertMap& map, ByteReader& in);
 

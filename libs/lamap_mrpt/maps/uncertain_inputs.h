@@ -7,9 +7,9 @@
 
 namespace lamap
 {
-/** How sure the places of a scan's points are, for a learner. Warns once in a process if the pose is to have
- * a covariance and has none.
- * @return nothing if they are certain */
+/** The uncertainty of a scan's points. Warns once per process if the pose should have a covariance but has
+ * none.
+ * @return nothing if the points are certain */
 [[nodiscard]] std::optional<HilbertUncertainty> uncertaintyOf(const UncertainInputs& inputs,
                                                               const Scan& scan);
 

@@ -19,37 +19,38 @@ namespace lamap
 
 /** An observation as rays, in the frame of its sensor.
  *
- * The pose of the scan is robotPose ⊕ sensor pose, composed in double; every end point is the sensor's own.
- * Nothing is left out for its range: end points may lie beyond the maximum range or be NaN; whoever selects
- * rays decides, and counts. What each class states:
+ * The pose of the scan is robotPose ⊕ sensor pose, composed in double; end points are as the sensor measured
+ * them. No ray is left out because of its range: end points may be beyond the maximum range or NaN, because
+ * selectRays() selects and counts. For each class:
  *
- * - CObservation2DRangeScan. Ray i of n points at −aperture/2 + i·aperture/(n−1), mirrored unless rightToLeft
- * (a single ray points forward), and the sensor pitches by deltaPitch over the scan. A ray did not return
- * where its range is at least maxRange, valid or not, or where it is invalid with range 0. An invalid ray
- * with any other range (MRPT's exclusion areas and angles mark them: the robot's own body, a range below the
- * sensor's least) was measured and rejected: it is dropped, whereas MRPT's grid maps call it free.
- * - CObservation3DRangeScan. The range image through the depth camera's own model, distortion included; the
- * points where there is no image or no calibration. A pixel 0 or a point (0,0,0) is dropped, not free: a
- * depth camera without a match has seen nothing. No rays without return.
- * - CObservationPointCloud. All points, NaN too; sensorPose is applied (MRPT's own insertion forgets it). No
- * range is stated.
- * - CObservationVelodyneScan. The generated points; where there are none, they are made from the packets, of
- *   all ranges from minRange to maxRange, by MRPT's rules. The sensor is taken as standing still during the
- * scan. MRPT tells nothing of missing returns.
- * - CObservationRotatingScan. rangeImage, column c of n at azimuth start + c·span/(n−1); 0 is a ray without
- * return. A Velodyne's rows have the elevations of its standard calibration, and the columns as MRPT's
- * fromVelodyne() fills them: only the first n/rows, clockwise; there a column without any return was not
- * measured.
- * - CObservationRange. One fan per measurement, all in the frame of the first one's sensor. Its ray is the
- * axis of the cone that its beam states. No echo (range ≤ 0 or ≥ maxSensorDistance) is a ray without return.
+ * - CObservation2DRangeScan. Ray i of n is at −aperture/2 + i·aperture/(n−1), mirrored unless rightToLeft; a
+ *   single ray points forward. The sensor pitches by deltaPitch during the scan. A ray has no return if its
+ *   range is at least maxRange, valid or not, or if it is invalid with range 0. An invalid ray with any other
+ *   range was measured and rejected (MRPT's exclusion areas and angles mark the robot's own body, or a range
+ *   below the sensor's minimum): it is dropped, whereas MRPT's grid maps take it for free.
+ * - CObservation3DRangeScan. The range image through the depth camera's own model, with distortion; the
+ * points if there is no image or no calibration. A pixel 0 or a point (0,0,0) is dropped, not free, because a
+ * depth camera that finds no match has seen nothing. There are no rays without a return.
+ * - CObservationPointCloud. All points, including NaN. sensorPose is applied (MRPT's own insertion ignores
+ *   it). No range is stated.
+ * - CObservationVelodyneScan. The generated points; if there are none, points are generated from the packets
+ *   by MRPT's rules, for all ranges from minRange to maxRange, as if the sensor stood still during the scan.
+ *   MRPT does not report missing returns.
+ * - CObservationRotatingScan. rangeImage, with column c of n at azimuth start + c·span/(n−1); 0 is a ray
+ *   without a return. The rows of a Velodyne have the elevations of its standard calibration. Its columns are
+ *   those that MRPT's fromVelodyne() fills, only the first n/rows, clockwise; among these, a column without
+ * any return was not measured.
+ * - CObservationRange. One fan for each measurement, all in the frame of the first one's sensor. Its ray is
+ * the axis of the cone that its beam states. No echo (range ≤ 0 or ≥ maxSensorDistance) is a ray without a
+ *   return.
  *
- * Externally stored data is loaded, and unloaded again if it was not in memory before; the observation is as
- * it was afterwards. For that the observation must not be used by another thread meanwhile.
+ * Externally stored data is loaded, and unloaded again if it was not in memory before. No other thread may
+ * use the observation meanwhile.
  *
  * @param robotPose pose of the robot in the map frame [m, rad].
  * @return nothing for a class that supportsObservation() refuses.
  * @throws std::runtime_error naming the class, the sensor label and the reason, if external data cannot be
- * loaded or the content contradicts itself (coordinates of different count, a depth image without
+ * loaded or the content contradicts itself (different numbers of coordinates, a depth image without
  * calibration).
  */
 [[nodiscard]] std::optional<Scan> raysOf(const mrpt::obs::CObservation& observation,

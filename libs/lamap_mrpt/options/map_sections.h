@@ -17,7 +17,7 @@ inline constexpr const char* kRenderSection = "_renderOpts";
 
 // The sections of an .ini file that describe one map.
 
-/** Refuses sections that begin like a map's but that nothing reads.
+/** Refuses sections that begin like those of a map but that nothing reads.
  * @param prefix e.g. "map_bgkMap_00"
  * @throws std::invalid_argument naming the file, the section and the nearest right one. */
 void requireKnownSections(const mrpt::config::CConfigFileBase& source, const std::string& prefix);
@@ -35,18 +35,19 @@ struct LoadedGroup
 void requireOptionsInTheirSections(const mrpt::config::CConfigFileBase& source,
                                    const std::vector<LoadedGroup>& groups);
 
-/** What a source sets, other than the preset does, though it has no effect beside the map's other options.
- * @return a message each, naming the option, its text, and on what its effect depends */
+/** Options that a source sets, differently from the preset, although they have no effect with the map's other
+ * options.
+ * @return one message for each, naming the option, its text, and what its effect depends on */
 [[nodiscard]] std::vector<std::string> settingsWithoutEffect(const mrpt::config::CConfigFileBase& source,
                                                              const std::vector<LoadedGroup>& groups);
 
-/// Tells people, on the standard error output; what was told before in this process is not told again.
+/// Prints a warning on the standard error output, each message once per process.
 void warnOnce(const std::string& message);
 
 /// Keys in creationOpts that MRPT reads for every map, all of them yes or no.
 [[nodiscard]] std::vector<std::string> genericMapKeys();
 
-/// Writes these keys so that this program and MRPT find them again in the same configuration: not padded.
+/// Writes these keys without padding, so that this program and MRPT find them in the same configuration.
 void saveGenericParams(const mrpt::maps::TMapGenericParams& params, mrpt::config::CConfigFileBase& target,
                        const std::string& section);
 

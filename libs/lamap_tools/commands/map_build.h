@@ -15,7 +15,7 @@ struct BuildOptions
 {
   InputOptions inputs;
   MapRequest map;
-  /// A saved map of this library to go on with, exactly as if there had been no pause; empty: a new map.
+  /// A saved map of this library to continue, exactly as if there had been no pause; empty: a new map.
   std::string ontoPath;
   /// `.lamap.gz`, or for MRPT's octoMap also `.ot`. May be the file of ontoPath.
   std::string outPath;
@@ -35,7 +35,7 @@ struct BuildReport
   double seconds = 0;              ///< of reading and inserting
 };
 
-/** Makes a map from logs, or goes on with one, and saves it.
+/** Builds a map from logs, or continues a saved one, and saves it.
  *
  * The output's place and the configuration are checked before any work. Where an input is cut short, what
  * could be read is saved. Asked to stop (BuildOptions::inputs.shouldStop), it finishes the scan and saves

@@ -14,7 +14,7 @@
 
 namespace lamap::tools
 {
-/// What one walk over a map's cells tells.
+/// Result of one walk over a map's cells.
 struct CellSummary
 {
   double resolution_m = 0;
@@ -31,7 +31,7 @@ struct CellSummary
 
 [[nodiscard]] CellSummary summarizeCells(const CellMap& map);
 
-/// Everything `lamap info` says about a map file.
+/// Everything that `lamap info` reports of a map file.
 struct MapInfo
 {
   std::string path;
@@ -39,9 +39,9 @@ struct MapInfo
   std::string className;
   std::string alias;                 ///< of our own maps, else empty
   std::optional<int> formatVersion;  ///< of the class in MRPT's archive; nothing for OctoMap's files
-  std::string description;           ///< of MRPT's own maps: their own words, may be empty
+  std::string description;           ///< MRPT's own maps: their asString(), may be empty
   std::optional<CellSummary> cells;
-  /// What the map says of itself: blocks, memory, ...
+  /// What the map reports of itself: blocks, memory, …
   std::vector<CLearnedMap::Fact> facts;
   /// Of our own maps: every option.
   std::vector<OptionValue> options;
@@ -50,7 +50,7 @@ struct MapInfo
 /// @throws std::runtime_error as openMap.
 [[nodiscard]] MapInfo readMapInfo(const std::string& path);
 
-/// For people: one fact a line, with units.
+/// For people: one fact per line, with units.
 void printMapInfo(const MapInfo& info, std::ostream& out);
 
 /// For scripts: the same facts, numbers as numbers, lengths in metres. A fact's unit stands in "units" under

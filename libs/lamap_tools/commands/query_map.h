@@ -13,7 +13,7 @@ namespace lamap::tools
 /// One point from "x,y,z" [m]. @throws UsageError naming the text and what is wrong.
 [[nodiscard]] mrpt::math::TPoint3D parsePoint(const std::string& text);
 
-/** Points [m, map frame] from a text: one a line, x y z separated by commas, semicolons or blanks; empty
+/** Points [m, map frame] from a text: one per line, x y z separated by commas, semicolons or blanks; empty
  * lines and lines that begin with # are left out. The first line may be a header; then x, y and z are taken
  * from the columns of that name and other columns are left out, so that a map's or a truth's CSV can be read.
  * @param name  of the text, for messages

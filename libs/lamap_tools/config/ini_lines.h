@@ -5,7 +5,7 @@
 
 namespace lamap::tools
 {
-/** Refuses lines of an .ini file that MRPT's reader would drop in silence: in the sections asked about, every
+/** Refuses lines of an .ini file that MRPT's reader would silently ignore: in the sections asked about, every
  * line that is neither empty, a comment nor a continued one must be "key = value".
  * @throws std::runtime_error naming the line's number, its text and its section */
 void requireAssignments(const std::string& path,

@@ -5,8 +5,8 @@
 
 namespace lamap::tools
 {
-/** Checks a configuration file of a stock application before it starts, as that ignores in silence what it
- * does not know.
+/** Checks a configuration file of a stock application before it starts, because the application silently
+ * ignores what it does not know.
  *
  * Some section must count one of this library's maps (`bgkMap_count = 1`), and everything in the sections of
  * such maps must be read by their loader.

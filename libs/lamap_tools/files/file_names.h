@@ -4,10 +4,10 @@
 
 namespace lamap::tools
 {
-/// The extension in small letters, with its point; empty if there is none.
+/// The extension in lower case, with its dot; empty if there is none.
 [[nodiscard]] std::string extensionOf(const std::string& path);
 
-/// Whether there is something before this ending. @param ending  in small letters; case counts nothing
+/// Whether a path ends so and has something before it, ignoring case. @param ending  in lower case
 [[nodiscard]] bool endsWith(const std::string& path, const std::string& ending);
 
 }  // namespace lamap::tools

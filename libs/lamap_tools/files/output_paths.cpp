@@ -28,7 +28,7 @@ void requireOwnPlaces(const std::vector<std::string>& outputs, const std::vector
     for (const std::string& input : inputs)
       if (!input.empty() && sameFile(outputs[i], input))
         throw UsageError(beside(outputs[i], input) +
-                         ": is read, and would be written over; give the output another name");
+                         ": is an input, and would be overwritten; give the output another name");
     for (size_t j = 0; j < i; ++j)
       if (!outputs[j].empty() && sameFile(outputs[i], outputs[j]))
         throw UsageError(beside(outputs[i], outputs[j]) + ": would be written twice");

@@ -7,7 +7,7 @@
 
 namespace lamap::tools
 {
-/// How far a command is.
+/// The progress of a command.
 struct Progress
 {
   size_t done = 0;
@@ -16,8 +16,7 @@ struct Progress
 };
 using ProgressSink = std::function<void(const Progress&)>;
 
-/** Shows how far a build or another long work is: on a terminal a bar that is redrawn, elsewhere a line from
- * time to time. */
+/** Shows the progress of a long task: a bar on a terminal, otherwise a line from time to time. */
 class ProgressBar
 {
  public:
@@ -28,12 +27,12 @@ class ProgressBar
       : out_(out), isTerminal_(isTerminal), unit_(std::move(unit))
   {
   }
-  /// Ends a bar that stands on the terminal.
+  /// Ends the line of a bar on the terminal.
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Draws if enough time has passed since it last did, or at the end.
+  /// Draws if enough time has passed since the last time, or at the end.
   void show(const Progress& progress, Clock::time_point now = Clock::now());
 
  private:
