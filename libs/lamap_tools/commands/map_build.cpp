@@ -57,7 +57,7 @@ void requireSameOptions(const CLearnedMap& map, const BuildOptions& options, con
 
 CMetricMap::Ptr savedMap(const BuildOptions& options)
 {
-  const CMetricMap::Ptr map = loadMapFile(options.ontoPath);
+  CMetricMap::Ptr map = loadMapFile(options.ontoPath);
   const auto learned = std::dynamic_pointer_cast<CLearnedMap>(map);
   if (!learned)
     throw std::runtime_error(options.ontoPath + ": its map is a " + map->GetRuntimeClass()->className +
@@ -80,7 +80,7 @@ CMetricMap::Ptr savedMap(const BuildOptions& options)
 
 CMetricMap::Ptr startingMap(const BuildOptions& options)
 {
-  const CMetricMap::Ptr map =
+  CMetricMap::Ptr map =
       options.ontoPath.empty() ? createMap(readMapDefinition(options.map)) : savedMap(options);
   if (const auto learned = std::dynamic_pointer_cast<CLearnedMap>(map))
     learned->setThreadCount(options.threads);

@@ -43,6 +43,7 @@ MapCounts countsIn(const CConfigFileBase& config)
   MapCounts counts;
   const std::vector<std::string> names = registeredMapNames();
   std::vector<std::string> countKeys;
+  countKeys.reserve(names.size());
   for (const std::string& name : names) countKeys.push_back(name + "_count");
   std::vector<std::string> keys;
   config.getAllKeys(kSection, keys);

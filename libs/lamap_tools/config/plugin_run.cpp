@@ -232,6 +232,7 @@ void runWithPlugin(const std::vector<std::string>& command, bool check)
   const std::string preload = pluginPath() + (others && *others ? ":" + std::string(others) : "");
   setenv("LD_PRELOAD", preload.c_str(), 1);
   std::vector<char*> arguments;
+  arguments.reserve(command.size() + 1);
   for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
   execvp(arguments.front(), arguments.data());

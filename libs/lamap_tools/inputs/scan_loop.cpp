@@ -35,6 +35,7 @@ bool damaged(const std::vector<InputReport>& inputs)
 std::vector<InputReport> reportsOf(const std::vector<std::unique_ptr<ScanSource>>& sources)
 {
   std::vector<InputReport> reports;
+  reports.reserve(sources.size());
   for (const auto& source : sources) reports.push_back({source->path(), source->notes(), source->damages()});
   return reports;
 }
