@@ -40,7 +40,8 @@ Layer flatten(const CellMap& map, const std::string& path, const ExportOptions& 
                                  { return selected(cell, map.resolution(), options); });
   if (!extent) throw std::runtime_error(path + ": the map has no cell at the heights asked for");
   layer.extent = *extent;
-  const auto& [first, last] = layer.extent;
+  const CellIndex& first = layer.extent.first;
+  const CellIndex& last = layer.extent.last;
   layer.width = static_cast<size_t>(int64_t{last.x} - first.x + 1);
   const size_t height = static_cast<size_t>(int64_t{last.y} - first.y + 1);
   constexpr size_t kMaxPixels = size_t{1} << 31U;
