@@ -30,6 +30,10 @@ void describe(CLI::App& command, CompareArguments& arguments)
   command.add_option("--table", options.tablePath, "The table in a file: .csv or .md");
   auto* truth =
       command.add_option("--truth", options.truthPath, "Score against this truth, as of `lamap eval`");
+  command
+      .add_option("--surface", options.surfacePath,
+                  "Points on surfaces, to which distances are measured, as of `lamap eval`")
+      ->needs(truth);
   auto* every = command
                     .add_option("--held-out", options.heldOutEvery,
                                 "No truth: keep every Nth scan from the maps, and score what those show")
@@ -59,7 +63,7 @@ int compare(CompareArguments& arguments)
   tools::CompareOptions& options = arguments.compare;
   tools::requireOwnPlaces(
       {options.pagePath, options.tablePath, arguments.scores.roc, arguments.scores.calibration},
-      pathsRead(options.inputs, {options.truthPath, options.configPath}));
+      pathsRead(options.inputs, {options.truthPath, options.surfacePath, options.configPath}));
   requireCurveFiles(arguments.scores);
   options.thresholds = arguments.scores.thresholds;
   prepareInputs(arguments.log, options.inputs);

@@ -1,4 +1,5 @@
 #include <lamap_tools/commands/held_out.h>
+#include <lamap_tools/commands/query_map.h>
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/output_paths.h>
 #include <lamap_tools/scores/score_report.h>
@@ -15,6 +16,7 @@ struct EvalArguments
 {
   std::vector<std::string> maps;
   std::string truth;
+  std::string surface;
   tools::HeldOutOptions heldOut;
   LogArguments log;
   ScoreArguments scores;
@@ -30,6 +32,12 @@ void describe(CLI::App& command, EvalArguments& arguments)
                          "CSV with x,y,z,label (cell centres; 1 occupied, 0 free), a .bt, or any other map");
   truth->needs(maps);
   maps->needs(truth);
+  command
+      .add_option(
+          "--surface", arguments.surface,
+          "CSV with x,y,z of points on surfaces, to which distances are measured; default: the centres "
+          "of the truth's occupied cells")
+      ->needs(truth);
 
   tools::HeldOutOptions& options = arguments.heldOut;
   auto* every = command.add_option("--held-out", options.every,
@@ -69,7 +77,8 @@ void printMaps(Json what, const std::vector<tools::MapScores>& maps)
 
 int againstTruth(const EvalArguments& arguments)
 {
-  const tools::Truth truth = tools::readTruth(arguments.truth);
+  tools::Truth truth = tools::readTruth(arguments.truth);
+  if (!arguments.surface.empty()) tools::readSurface(arguments.surface, truth);
   std::vector<tools::MapScores> maps;
   {
     tools::ProgressBar bar = makeProgressBar("cells");
@@ -110,11 +119,14 @@ int againstHeldOut(EvalArguments& arguments)
   if (report.stopped) return stoppedByUser("; nothing is scored");
   writeCurves(arguments.scores, {report.scores});
   if (arguments.json)
-    printMaps({{"heldOut",
-                {{"scans", report.heldOut},
-                 {"scansInMap", report.scans.usedCount()},
-                 {"maxRange", report.maxRange_m}}}},
-              {report.scores});
+  {
+    Json json{{"heldOut",
+               {{"scans", report.heldOut},
+                {"scansInMap", report.scans.usedCount()},
+                {"maxRange", report.maxRange_m}}}};
+    json["scoresOfReturned"] = tools::scoresJson(report.scoresOfReturned);
+    printMaps(json, {report.scores});
+  }
   else
   {
     std::cout << report.heldOut << " scans held out, " << report.scans.usedCount()
@@ -124,6 +136,8 @@ int againstHeldOut(EvalArguments& arguments)
               << " are scored\n";
     tools::printLeftOut(report.scans, std::cout);
     tools::printScores({report.scores}, "cells shown by the scans held out", std::cout);
+    std::cout << "\nwithout the rays that had no return:\n";
+    tools::printScores({report.scoresOfReturned}, "cells shown by the rays that returned", std::cout);
   }
   return tellDamages(arguments.log.allowTruncated, report.inputs);
 }
@@ -131,7 +145,7 @@ int againstHeldOut(EvalArguments& arguments)
 int evaluate(EvalArguments& arguments)
 {
   std::vector<std::string> read = arguments.maps;
-  read.insert(read.end(), {arguments.truth, arguments.heldOut.map.configPath});
+  read.insert(read.end(), {arguments.truth, arguments.surface, arguments.heldOut.map.configPath});
   tools::requireOwnPlaces(arguments.scores.paths(), pathsRead(arguments.heldOut.inputs, read));
   requireCurveFiles(arguments.scores);
   return arguments.truth.empty() ? againstHeldOut(arguments) : againstTruth(arguments);

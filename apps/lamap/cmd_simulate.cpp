@@ -58,6 +58,18 @@ void describeNoise(CLI::App& command, SimulateArguments& arguments)
   add("--angle-noise", arguments.angleNoise_deg, "Of each ray's direction [deg]");
   add("--point-noise", options.noise.point_m, "Of each coordinate of each point [m] (3D lasers)");
   add("--missing", options.noise.missing, "Share of the returns that get lost, 0 to 1");
+  const auto addForMissing = [&](const char* flag, auto& value, const char* what)
+  {
+    return command.add_option(flag, value, what)
+        ->capture_default_str()
+        ->group("Noise (standard deviations; default none)");
+  };
+  addForMissing(
+      "--missing-as", options.missingAs,
+      "What the log says of a lost return: open (the same as of open space), zero, nan, inf, max or "
+      "invalid");
+  addForMissing("--missing-burst", options.noise.longestBurst,
+                "Lost returns come in bursts of 1 to so many neighbouring beams (lasers)");
   add("--odometry-noise", options.odometryNoise,
       "Of each movement in the log, as a share of its length and turn; adds up");
   command.add_option("--pose-noise", arguments.poseNoise, "Of each pose in the log: m,deg; does not add up")
@@ -69,7 +81,9 @@ void describeNoise(CLI::App& command, SimulateArguments& arguments)
 void describe(CLI::App& command, SimulateArguments& arguments)
 {
   tools::SimulateOptions& options = arguments.options;
-  command.add_option("world", options.world, "structured, unstructured, corridor, pier, station or flatland")
+  command
+      .add_option("world", options.world,
+                  "structured, unstructured, corridor, pier, station, flatland or poles")
       ->required();
   command
       .add_option("-o,--output", options.outPath,
@@ -94,13 +108,26 @@ void describe(CLI::App& command, SimulateArguments& arguments)
       ->capture_default_str();
   command.add_option("--truth-depth", options.truthDepth_m,
                      "How deep behind a surface solid cells count [m]; default: one cell");
+  command
+      .add_option(
+          "--truth-of", options.truthOf,
+          "solids: cells that are wholly solid or free; surfaces: cells with a surface and free ones, "
+          "as far as the sensor could see them")
+      ->capture_default_str();
+  command.add_option("--surface", options.surfacePath,
+                     "Points on all surfaces, .csv (x,y,z), for the distances of lamap eval --surface");
   describeNoise(command, arguments);
 }
 
-void check(const CLI::App& /*command*/, const SimulateArguments& arguments)
+void check(const CLI::App& command, const SimulateArguments& arguments)
 {
   if (arguments.options.truthDepth_m && arguments.options.truthPaths.empty())
     throw CLI::ValidationError("simulate", "--truth-depth needs --truth FILE");
+  if (command.count("--truth-of") > 0 && arguments.options.truthPaths.empty())
+    throw CLI::ValidationError("simulate", "--truth-of needs --truth FILE");
+  for (const char* flag : {"--missing-as", "--missing-burst"})
+    if (command.count(flag) > 0 && command.count("--missing") == 0)
+      throw CLI::ValidationError("simulate", flag + std::string(" needs --missing SHARE"));
 }
 }  // namespace
 

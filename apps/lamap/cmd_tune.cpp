@@ -36,6 +36,8 @@ void describe(CLI::App& command, TuneArguments& arguments)
       .add_flag("--prequential", options.prequential,
                 "Instead, score each map by every scan before that scan is inserted")
       ->excludes(every);
+  command.add_flag("--all-rays", options.rankByAllRays,
+                   "Rank by all rays of the scored scans; default: by those that returned");
   command
       .add_option("--max-range", options.maxRange_m,
                   "Score rays up to this range [m]; default: as far as the map inserts them")

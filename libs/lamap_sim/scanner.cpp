@@ -29,14 +29,6 @@ Random streamOf(uint64_t seed, Stream stream, uint64_t number)
   return Random(seed, uint64_t{stream} | (number + 1) << 8U);
 }
 
-Vector3d turned(const Matrix3d& rotation, const Vector3d& v)
-{
-  Vector3d result;
-  for (int row = 0; row < 3; ++row)
-    result[row] = rotation(row, 0) * v.x() + rotation(row, 1) * v.y() + rotation(row, 2) * v.z();
-  return result;
-}
-
 /// Two directions perpendicular to a beam: horizontal, and upwards.
 std::pair<Vector3d, Vector3d> across(const Vector3d& beam)
 {
@@ -59,6 +51,47 @@ struct Reflection
   double strength = 0;
 };
 
+/// Mean length of a burst, in beams.
+double meanBurst(int longest)
+{
+  return (longest + 1) / 2.0;
+}
+
+/// Which beams of a scan lose their return, one after the other.
+class Dropouts
+{
+ public:
+  Dropouts(const NoiseOptions& noise, const Random& random) : noise_(noise), random_(random) {}
+
+  [[nodiscard]] bool next()
+  {
+    if (noise_.missing == 0) return false;
+    if (noise_.longestBurst == 1) return random_.chance(noise_.missing);
+    if (left_ > 0)
+    {
+      --left_;
+      return true;
+    }
+    if (justEnded_)
+    {
+      justEnded_ = false;
+      return false;
+    }
+    // Between bursts are 1 / start beams on average, so that `missing` is the share of the bursts.
+    const double start = noise_.missing / (meanBurst(noise_.longestBurst) * (1 - noise_.missing));
+    if (!random_.chance(start)) return false;
+    left_ = random_.integer(1, noise_.longestBurst) - 1;
+    justEnded_ = true;
+    return true;
+  }
+
+ private:
+  const NoiseOptions& noise_;
+  Random random_;
+  int left_ = 0;            ///< beams of a burst to come
+  bool justEnded_ = false;  ///< the next beam that is not in the burst is the first after it
+};
+
 std::vector<Echo> echoesOf(std::vector<Reflection> reflections, size_t beams, int ranks)
 {
   std::sort(reflections.begin(), reflections.end(),
@@ -72,7 +105,7 @@ std::vector<Echo> echoesOf(std::vector<Reflection> reflections, size_t beams, in
     do strength += reflections[end++].strength;
     while (end < reflections.size() && reflections[end].range_m - reflections[end - 1].range_m < kApart_m);
     const double share = strength / static_cast<double>(beams);
-    echoes.push_back({reflections[begin].range_m, std::clamp(static_cast<int>(255 * share), 1, 255)});
+    echoes.push_back({reflections[begin].range_m, std::clamp(static_cast<int>(255 * share), 1, 255), false});
     begin = end;
   }
   return echoes;
@@ -87,6 +120,14 @@ void NoiseOptions::requireLegal() const
   requireAtLeastZero("position noise [m]", position_m);
   requireAtLeastZero("turn noise [rad]", turn_rad);
   lamap::requireLegal(missing >= 0 && missing <= 1, "missing", missing, "between 0 and 1");
+  constexpr int kLongest = 1000000;
+  lamap::requireLegal(longestBurst >= 1 && longestBurst <= kLongest, "longest burst", longestBurst,
+                      "between 1 and 1000000 beams");
+  const double most = longestBurst == 1 ? 1 : meanBurst(longestBurst) / (meanBurst(longestBurst) + 1);
+  if (missing > most)
+    throw std::invalid_argument("missing = " + std::to_string(missing) + ": with bursts of up to " +
+                                std::to_string(longestBurst) + " beams, at most " + std::to_string(most) +
+                                " can be lost");
 }
 
 Scanner::Scanner(const World& world, const SensorModel& sensor, const NoiseOptions& noise, uint64_t seed)
@@ -95,6 +136,8 @@ Scanner::Scanner(const World& world, const SensorModel& sensor, const NoiseOptio
   noise_.requireLegal();
   requireLegal(sensor.rangeMax_m > 0 && std::isfinite(sensor.rangeMax_m), "maximum range [m]",
                sensor.rangeMax_m, "finite and above 0");
+  if (noise_.longestBurst > 1 && sensor_.kind == SensorKind::Sonar)
+    throw std::invalid_argument("longest burst: a " + sensor_.name + " has one beam; echoes get lost singly");
   if (noise_.point_m > 0 && sensor_.kind != SensorKind::Cloud)
     throw std::invalid_argument("point noise: a " + sensor_.name +
                                 " reads ranges, not points; give it range noise");
@@ -130,7 +173,7 @@ std::vector<BeamReading> Scanner::scan(const Pose& pose, uint64_t number) const
   Random rangeRandom = streamOf(seed_, kRangeStream, number);
   Random angleRandom = streamOf(seed_, kAngleStream, number);
   Random pointRandom = streamOf(seed_, kPointStream, number);
-  Random missingRandom = streamOf(seed_, kMissingStream, number);
+  Dropouts dropouts(noise_, streamOf(seed_, kMissingStream, number));
   const Matrix3d rotation = rotationOf(pose);
   constexpr double kNearest_m = 0.01;
   std::vector<BeamReading> readings;
@@ -143,11 +186,13 @@ std::vector<BeamReading> Scanner::scan(const Pose& pose, uint64_t number) const
     const double rangeError = noise_.range_m > 0 ? noise_.range_m * rangeRandom.normal() : 0;
     Vector3d pointError = Vector3d::Zero();
     if (noise_.point_m > 0) pointError = noise_.point_m * pointRandom.normal3();
-    const bool lost = noise_.missing > 0 && missingRandom.chance(noise_.missing);
+    const bool lost = dropouts.next();
 
     BeamReading reading;
     const double range = hit ? std::max(kNearest_m, hit->range_m + rangeError) : 0;
-    if (hit && !lost && range < sensor_.rangeMax_m)
+    const bool returned = hit && range < sensor_.rangeMax_m;
+    if (returned && lost) reading.lost_m = range;
+    if (returned && !lost)
     {
       reading.range_m = range;
       reading.point_sensor = range * beam + pointError;
@@ -188,8 +233,8 @@ std::vector<Echo> Scanner::ping(const Pose& pose, const HeadTurn& head, uint64_t
   {
     if (noise_.range_m > 0)
       echo.range_m = std::max(kNearest_m, echo.range_m + noise_.range_m * rangeRandom.normal());
-    const bool lost = noise_.missing > 0 && missingRandom.chance(noise_.missing);
-    if (!lost && echo.range_m < sensor_.rangeMax_m) heard.push_back(echo);
+    echo.lost = noise_.missing > 0 && missingRandom.chance(noise_.missing);
+    if (echo.range_m < sensor_.rangeMax_m) heard.push_back(echo);
   }
   std::sort(heard.begin(), heard.end(), [](const Echo& a, const Echo& b) { return a.range_m < b.range_m; });
   return heard;

@@ -140,6 +140,31 @@ std::optional<SurfaceHit> Scene::firstHit(const Vector3d& origin_map, const Vect
   return nearest;
 }
 
+std::vector<double> Scene::crossings(const Vector3d& origin_map, const Vector3d& direction_map,
+                                     double length_m) const
+{
+  std::vector<std::pair<double, double>> parts;
+  visitNear([&](const AlignedBox3d& box) { return mayMeet(box, origin_map, direction_map, length_m); },
+            [&](const Shape& shape)
+            {
+              if (const auto part = partInside(shape, origin_map, direction_map)) parts.push_back(*part);
+              return true;
+            });
+  std::sort(parts.begin(), parts.end());
+  constexpr double kTouching_m = 1e-9;  // solids that share a face, up to rounding
+  std::vector<double> ends;
+  for (size_t i = 0; i < parts.size();)
+  {
+    const double enter = parts[i].first;
+    double leave = parts[i].second;
+    for (++i; i < parts.size() && parts[i].first <= leave + kTouching_m; ++i)
+      leave = std::max(leave, parts[i].second);
+    for (const double end : {enter, leave})
+      if (end >= 0 && end <= length_m) ends.push_back(end);
+  }
+  return ends;
+}
+
 bool Scene::solidAt(const Vector3d& point_map) const
 {
   bool solid = false;

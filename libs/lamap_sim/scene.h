@@ -24,6 +24,11 @@ class Scene
                                                    const Eigen::Vector3d& direction_map,
                                                    double rangeMax_m) const;
 
+  /** Where a line crosses the surface of the union of all solids, sorted: distances [m] from its origin, in
+   * [0, length]. */
+  [[nodiscard]] std::vector<double> crossings(const Eigen::Vector3d& origin_map,
+                                              const Eigen::Vector3d& direction_map, double length_m) const;
+
   [[nodiscard]] bool solidAt(const Eigen::Vector3d& point_map) const;
 
   /** How a cell lies relative to the union of all solids. Outside and Inside are never wrong. A cell that

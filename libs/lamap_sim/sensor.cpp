@@ -18,23 +18,24 @@ Eigen::Vector3d directionOf(double azimuth_rad, double elevation_rad)
   return {elevation.cosine * azimuth.cosine, elevation.cosine * azimuth.sine, elevation.sine};
 }
 
-/// Directions at the centres of the cells of a grid of angles, centred on the x axis.
-std::vector<Eigen::Vector3d> angleGrid(int azimuths, double azimuthSpan_rad, int elevations,
-                                       double elevationSpan_rad)
+/// Beams at the centres of the cells of a grid of angles, centred on the x axis.
+void setAngleGrid(SensorModel& sensor, int azimuths, double azimuthSpan_rad, int elevations,
+                  double elevationSpan_rad)
 {
-  std::vector<Eigen::Vector3d> beams;
+  sensor.azimuthSpan_rad = azimuthSpan_rad;
+  sensor.elevationLow_rad = -elevationSpan_rad / 2;
+  sensor.elevationHigh_rad = elevationSpan_rad / 2;
   for (int i = 0; i < azimuths; ++i)
     for (int j = 0; j < elevations; ++j)
-      beams.push_back(directionOf(azimuthSpan_rad * ((i + 0.5) / azimuths - 0.5),
-                                  elevationSpan_rad * ((j + 0.5) / elevations - 0.5)));
-  return beams;
+      sensor.beams.push_back(directionOf(azimuthSpan_rad * ((i + 0.5) / azimuths - 0.5),
+                                         elevationSpan_rad * ((j + 0.5) / elevations - 0.5)));
 }
 
 SensorModel sectorLaser()
 {
   SensorModel sensor;
   sensor.rangeMax_m = 8;
-  sensor.beams = angleGrid(100, 120 * kDegree, 35, 60 * kDegree);
+  setAngleGrid(sensor, 100, 120 * kDegree, 35, 60 * kDegree);
   sensor.headingsPerStop = 3;
   sensor.height_m = 0.45;
   sensor.defaultScans = 12;
@@ -45,7 +46,7 @@ SensorModel panTiltLaser()
 {
   SensorModel sensor;
   sensor.rangeMax_m = 30;
-  sensor.beams = angleGrid(500, 2 * kPi, 178, 150 * kDegree);
+  setAngleGrid(sensor, 500, 2 * kPi, 178, 150 * kDegree);
   sensor.height_m = 1.0;
   sensor.period_s = 10;
   sensor.defaultScans = 66;
@@ -56,6 +57,9 @@ SensorModel lidar16()
 {
   SensorModel sensor;
   sensor.rangeMax_m = 100;
+  sensor.azimuthSpan_rad = 2 * kPi;
+  sensor.elevationLow_rad = -15 * kDegree;
+  sensor.elevationHigh_rad = 15 * kDegree;
   constexpr int kSteps = 1800;
   for (int i = 0; i < kSteps; ++i)
     for (int row = 0; row < 16; ++row)
@@ -132,6 +136,27 @@ SensorModel makeSensor(const std::string& name)
     throw std::invalid_argument("sensor = " + name + ": no sensor of this name");
   sensor.name = name;
   return sensor;
+}
+
+FieldOfView::FieldOfView(const SensorModel& sensor)
+    : kind_(sensor.kind),
+      edgeCosine_(
+          sineCosine((sensor.kind == SensorKind::Cloud ? sensor.azimuthSpan_rad : sensor.aperture_rad) / 2)
+              .cosine)
+{
+  if (kind_ != SensorKind::Cloud) return;
+  lowSine_ = sineCosine(sensor.elevationLow_rad).sine;
+  highSine_ = sineCosine(sensor.elevationHigh_rad).sine;
+}
+
+bool FieldOfView::contains(const Eigen::Vector3d& direction_sensor) const
+{
+  const Eigen::Vector3d& d = direction_sensor;
+  constexpr double kRounding = 1e-12;  // the beams at the edge belong to it
+  if (kind_ == SensorKind::Sonar) return d.x() >= edgeCosine_ - kRounding;
+  const double level = std::sqrt(d.x() * d.x() + d.y() * d.y());
+  return d.x() >= edgeCosine_ * level - kRounding && d.z() >= lowSine_ - kRounding &&
+         d.z() <= highSine_ + kRounding;
 }
 
 HeadTurn headTurn(const SensorModel& sensor, int shot)

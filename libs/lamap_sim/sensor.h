@@ -24,6 +24,10 @@ struct SensorModel
    * the beam about the x axis. */
   std::vector<Eigen::Vector3d> beams;
   double aperture_rad = 0;  ///< Planar: of the whole fan; Sonar: of the beam's cone, edge to edge
+  // Cloud: the whole field that the beams sample.
+  double azimuthSpan_rad = 0;  ///< centred on the x axis
+  double elevationLow_rad = 0;
+  double elevationHigh_rad = 0;
   int headingsPerStop = 1;  ///< scans per stop, at headings that divide a full turn equally
   int pingsPerScan = 1;     ///< Sonar: steps of a full sweep
   int echoRanks = 0;        ///< Sonar: number of echoes kept per ping
@@ -46,6 +50,22 @@ struct SensorModel
  *
  * @throws std::invalid_argument for any other name */
 [[nodiscard]] SensorModel makeSensor(const std::string& name);
+
+/** All directions that a sensor can look in, its beams and what lies between them. Immutable. */
+class FieldOfView
+{
+ public:
+  explicit FieldOfView(const SensorModel& sensor);
+
+  /// @param direction_sensor  of length 1; for a planar sensor, in its plane
+  [[nodiscard]] bool contains(const Eigen::Vector3d& direction_sensor) const;
+
+ private:
+  SensorKind kind_;
+  double edgeCosine_;    ///< of half the azimuths, or of the half angle of a cone
+  double lowSine_ = -1;  ///< of the elevations
+  double highSine_ = 1;
+};
 
 /// The orientation of a sonar's head in the frame of its mount.
 struct HeadTurn

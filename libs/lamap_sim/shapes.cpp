@@ -221,6 +221,8 @@ Crossing crossingOf(const HalfSpace& halfSpace, const Vector3d& origin, const Ve
   crossing.normal = halfSpace.normal_map;
   if (speed < 0)
     crossing.enter = height / -speed;
+  else if (speed > 0)
+    crossing.leave = -height / speed;
   else if (height > 0)
     crossing.leave = -kInfinity;
   return crossing;
@@ -274,6 +276,15 @@ std::optional<SurfaceHit> firstHit(const Shape& shape, const Vector3d& origin_ma
   return std::visit([&](const auto& solid)
                     { return crossingOf(solid, origin_map, direction_map).hit(direction_map); },
                     shape);
+}
+
+std::optional<std::pair<double, double>> partInside(const Shape& shape, const Vector3d& origin_map,
+                                                    const Vector3d& direction_map)
+{
+  const Crossing crossing =
+      std::visit([&](const auto& solid) { return crossingOf(solid, origin_map, direction_map); }, shape);
+  if (crossing.enter > crossing.leave) return std::nullopt;
+  return std::pair(crossing.enter, crossing.leave);
 }
 
 Relation relationOf(const AlignedBox3d& cell_map, const Shape& shape)

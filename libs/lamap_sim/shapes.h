@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <optional>
+#include <utility>
 #include <variant>
 
 namespace lamap::sim
@@ -67,6 +68,13 @@ enum class Relation
  * @param direction_map  of length 1 */
 [[nodiscard]] std::optional<SurfaceHit> firstHit(const Shape& shape, const Eigen::Vector3d& origin_map,
                                                  const Eigen::Vector3d& direction_map);
+
+/// The part of a line inside a shape: from where it enters to where it leaves [m], either of which may be
+/// infinite; empty if it misses.
+/// @param direction_map  of length 1
+[[nodiscard]] std::optional<std::pair<double, double>> partInside(const Shape& shape,
+                                                                  const Eigen::Vector3d& origin_map,
+                                                                  const Eigen::Vector3d& direction_map);
 
 /// Exact up to rounding.
 [[nodiscard]] Relation relationOf(const Eigen::AlignedBox3d& cell_map, const Shape& shape);

@@ -8,11 +8,11 @@
 
 namespace lamap::sim
 {
-/// A cell that is wholly solid or wholly open.
+/// A cell whose truth is known.
 struct TrueCell
 {
   CellIndex index;
-  bool solid = false;
+  bool occupied = false;
 };
 
 struct TruthOptions
@@ -22,9 +22,9 @@ struct TruthOptions
   int depthCells = 1;
 };
 
-/** The cells of a world whose truth is unambiguous, sorted by z, y, x.
+/** The cells of a world that are wholly solid or wholly open, sorted by z, y, x.
  *
- * Free: cells in the world's interior that meet no solid. Solid: cells wholly in solids, but only those
+ * Free: cells in the world's interior that meet no solid. Occupied: cells wholly in solids, but only those
  * within depthCells of a cell of the interior that is not wholly solid, because no sensor can know what lies
  * deeper in a wall. Cells that contain a surface are in neither group. Of a flat world, only the layer at z
  * index 0 is returned.

@@ -249,12 +249,77 @@ World flatland(uint64_t seed)
   return world;
 }
 
+/// Two posts with a lintel, along x or y.
+void addDoorFrame(WorldBuilder& builder, const Vector2d& middle, bool alongX)
+{
+  Random& random = builder.random();
+  const double halfPost = random.uniform(0.025, 0.05);
+  const double half = random.uniform(0.4, 0.5);  // from the middle of the frame to that of a post
+  const double height = random.uniform(1.7, 1.95);
+  const Vector2d along = alongX ? Vector2d::UnitX() : Vector2d::UnitY();
+  const Vector2d reach = Vector2d::Constant(halfPost);
+  for (const double side : {-half, half})
+  {
+    const Vector2d post = middle + side * along;
+    builder.addBlock({post.x() - halfPost, post.y() - halfPost, -0.5},
+                     {post.x() + halfPost, post.y() + halfPost, height});
+  }
+  const Vector2d low = middle - half * along - reach;
+  const Vector2d high = middle + half * along + reach;
+  builder.addBlock({low.x(), low.y(), height - 2 * halfPost}, {high.x(), high.y(), height});
+}
+
+/// A plate on four legs.
+void addTable(WorldBuilder& builder, const Vector2d& middle, const Vector2d& half)
+{
+  Random& random = builder.random();
+  const double height = random.uniform(0.65, 0.8);
+  const double thickness = random.uniform(0.02, 0.04);
+  const double halfLeg = random.uniform(0.02, 0.035);
+  builder.addBlock({middle.x() - half.x(), middle.y() - half.y(), height - thickness},
+                   {middle.x() + half.x(), middle.y() + half.y(), height});
+  for (const double x : {-half.x() + halfLeg, half.x() - halfLeg})
+    for (const double y : {-half.y() + halfLeg, half.y() - halfLeg})
+      builder.addBlock({middle.x() + x - halfLeg, middle.y() + y - halfLeg, -0.5},
+                       {middle.x() + x + halfLeg, middle.y() + y + halfLeg, height - thickness});
+}
+
+World poles(uint64_t seed)
+{
+  WorldBuilder builder(seed, {10, 7, 2});
+  Random& random = builder.random();
+  builder.addFloor();
+  builder.addWallsAround();
+  builder.setPath({{1.3, 1.2}, {3.5, 2.2}, {5.2, 4.9}, {8.4, 5.5}, {8.7, 1.5}});
+  constexpr double kClear_m = 0.25;
+  for (int i = random.integer(2, 3); i > 0; --i)
+  {
+    const bool alongX = random.chance(0.5);
+    if (const auto place = builder.freePlace({0.8, 0.8}, {9.2, 6.2}, 0.6, kClear_m))
+      addDoorFrame(builder, *place, alongX);
+  }
+  for (int i = random.integer(3, 4); i > 0; --i)
+  {
+    const Vector2d half{random.uniform(0.4, 0.7), random.uniform(0.3, 0.4)};
+    if (const auto place = builder.freePlace({0.9, 0.9}, {9.1, 6.1}, half.norm(), kClear_m))
+      addTable(builder, *place, half);
+  }
+  for (int i = random.integer(18, 24); i > 0; --i)
+  {
+    const double radius = random.uniform(0.025, 0.05);
+    const double height = random.uniform(1.0, 1.95);
+    if (const auto place = builder.freePlace({0.2, 0.2}, {9.8, 6.8}, radius, kClear_m))
+      builder.addCylinder(*place, radius, -0.5, height);
+  }
+  return builder.take("poles");
+}
+
 using Maker = World (*)(uint64_t);
 const std::vector<std::pair<std::string, Maker>>& makers()
 {
   static const std::vector<std::pair<std::string, Maker>> all{
       {"structured", structured}, {"unstructured", unstructured}, {"corridor", corridor}, {"pier", pier},
-      {"station", station},       {"flatland", flatland}};
+      {"station", station},       {"flatland", flatland},         {"poles", poles}};
   return all;
 }
 }  // namespace

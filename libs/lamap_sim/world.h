@@ -38,6 +38,8 @@ struct World
  *   pier          24 × 14 × 5 m of water: piles, a sea wall, a sloping bottom with boulders
  *   station       the structured world, seen from one place
  *   flatland      12 × 9 m, two-dimensional
+ *   poles         10 × 7 × 2 m, poles of 5 to 10 cm, tables on thin legs, free-standing door frames, open
+ * above
  *
  * @throws std::invalid_argument for any other name */
 [[nodiscard]] World makeWorld(const std::string& name, uint64_t seed);

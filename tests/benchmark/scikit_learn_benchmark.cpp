@@ -220,7 +220,7 @@ Task simulatedTask(size_t scans)
   task.judge = "the truth of all cells";
   task.judgements.resize(1);
   for (const sim::TrueCell& cell : sim::truthOf(world, {}))
-    task.judgements[0].points.push_back({cellCentre(cell.index, kResolution_m), cell.solid});
+    task.judgements[0].points.push_back({cellCentre(cell.index, kResolution_m), cell.occupied});
   return task;
 }
 

@@ -109,9 +109,12 @@ TEST_F(EvalCommand, ScoresAgainstScansHeldOut)
     EXPECT_EQ(json["heldOut"]["scans"], 2);
     EXPECT_GT(json["maps"][0]["all"]["cells"], 20);
     EXPECT_GT(json["maps"][0]["all"]["auc"], 0.7);
+    EXPECT_EQ(json["scoresOfReturned"]["all"]["cells"], json["maps"][0]["all"]["cells"])
+        << "every ray of this log returned";
   }
   ASSERT_EQ(run("--held-out 3 -i $/log.rawlog -m bgkMap"), 0) << err_;
   EXPECT_NE(out_.find("2 scans held out, 4 in the map"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("without the rays that had no return"), std::string::npos) << out_;
 }
 
 TEST_F(EvalCommand, ALogThatWasCutShortIsScoredAndReported)
@@ -133,8 +136,8 @@ TEST_F(EvalCommand, WrongUsageEndsWith2)
         "--held-out 3 -i $/log.rawlog -m bgkMop",
         "--held-out 3 -i $/log.rawlog -m bgkMap -s insertOpts.maxrnge=3",
         "$/a.lamap.gz --truth $/t.csv --thresholds 1.5", "$/a.lamap.gz --truth $/t.csv --thresholds nan",
-        "$/a.lamap.gz --truth $/t.csv --roc $/r.gif",
-        "--held-out 3 -i $/log.rawlog -m bgkMap --max-range -1"})
+        "$/a.lamap.gz --truth $/t.csv --roc $/r.gif", "--held-out 3 -i $/log.rawlog -m bgkMap --max-range -1",
+        "--held-out 3 -i $/log.rawlog -m bgkMap --surface $/s.csv"})
   {
     EXPECT_EQ(run(wrong), 2) << wrong;
     EXPECT_NE(err_, "") << wrong;

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "support/temporary_folder.h"
@@ -69,6 +70,40 @@ TEST_F(SimulateCommand, WritesALogThatBuildAndEvalTake)
   EXPECT_EQ(scored.exitCode, 0) << scored.err;
 }
 
+TEST_F(SimulateCommand, ATruthOfSurfacesScoresTheShapeOfMaps)
+{
+  const Outcome outcome = run({"simulate", "poles", "-o", folder_ / "a.rawlog", "--truth", folder_ / "a.csv",
+                               "--truth-of", "surfaces", "--surface", folder_ / "s.csv", "--scans", "6",
+                               "--missing", "0.1", "--missing-as", "nan", "--missing-burst", "9"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("truth of surfaces: "), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find(" got lost"), std::string::npos) << outcome.out;
+  for (const std::string map : {"octoMap", "bgkMap"})
+  {
+    const std::string file = folder_ / (map == "octoMap" ? "a.ot" : "a.lamap.gz");
+    ASSERT_EQ(
+        run({"build", "-i", folder_ / "a.rawlog", "-c", folder_ / "a.ini", "-m", map, "-o", file}).exitCode,
+        0);
+  }
+  const Outcome scored = run({"eval", folder_ / "a.lamap.gz", folder_ / "a.ot", "--truth", folder_ / "a.csv",
+                              "--surface", folder_ / "s.csv", "--json"});
+  ASSERT_EQ(scored.exitCode, 0) << scored.err;
+  const auto maps = nlohmann::json::parse(scored.out).at("maps");
+  for (const auto& map : maps)
+  {
+    const auto& shape = map.at("geometry");
+    EXPECT_EQ(shape.at("distancesTo"), "points");
+    EXPECT_GT(shape.at("covered"), 0.5);
+    EXPECT_LT(shape.at("meanDistance"), 0.1);
+  }
+  // OctoMap's occupied cells are those in which rays ended, all of them on surfaces.
+  EXPECT_LT(maps.at(1).at("geometry").at("distance95"), 0.0867) << "half the diagonal of a cell";
+  const Outcome compared = run({"compare", "-i", folder_ / "a.rawlog", "-c", folder_ / "a.ini", "-m",
+                                "octoMap", "--truth", folder_ / "a.csv", "--surface", folder_ / "s.csv"});
+  EXPECT_EQ(compared.exitCode, 0) << compared.err;
+  EXPECT_NE(compared.out.find("surface called free"), std::string::npos) << compared.out;
+}
+
 TEST_F(SimulateCommand, WrongUsageEndsWith2AndWritesNothing)
 {
   const std::string out = folder_ / "a.rawlog";
@@ -86,6 +121,10 @@ TEST_F(SimulateCommand, WrongUsageEndsWith2AndWritesNothing)
       {{"simulate", "structured", "-o", out, "--at", "-0.4,1,0.5"}, "stand"},
       {{"simulate", "structured", "-o", out, "--seed", "-1"}, "--seed"},
       {{"simulate", "structured", "-o", out, "--truth-depth", "0.5"}, "--truth FILE"},
+      {{"simulate", "structured", "-o", out, "--truth-of", "surfaces"}, "--truth FILE"},
+      {{"simulate", "structured", "-o", out, "--missing-as", "nan"}, "--missing SHARE"},
+      {{"simulate", "structured", "-o", out, "--missing-burst", "4"}, "--missing SHARE"},
+      {{"simulate", "structured", "-o", out, "--missing", "0.1", "--missing-as", "null"}, "invalid"},
       {{"simulate", "structured", "-o", out, "--pose-noise", "1"}, "--pose-noise"}};
   for (const auto& [arguments, word] : wrong)
   {

@@ -135,6 +135,52 @@ TEST(Scanner, LosesTheStatedShareOfReturns)
   EXPECT_NEAR(lost / (20 * 361.0), 0.25, 0.02);
 }
 
+TEST(Scanner, BurstsAreAsLongAndAsFrequentAsAskedFor)
+{
+  const SensorModel sensor = makeSensor("planar-laser");
+  for (const auto& [share, longest] : {std::pair{0.25, 12}, {0.5, 2}, {0.05, 60}})
+  {
+    SCOPED_TRACE(longest);
+    NoiseOptions noise;
+    noise.missing = share;
+    noise.longestBurst = longest;
+    const Scanner scanner(hall(), sensor, noise, 1);
+    int lost = 0;
+    int longestRun = 0;
+    constexpr int kScans = 400;
+    for (uint64_t i = 0; i < kScans; ++i)
+    {
+      int run = 0;
+      for (const BeamReading& reading : scanner.scan(standing(0, 0, 1), i))
+      {
+        ASSERT_NE(reading.range_m.has_value(), reading.lost_m.has_value()) << "every beam meets a wall";
+        run = reading.lost_m ? run + 1 : 0;
+        lost += reading.lost_m ? 1 : 0;
+        longestRun = std::max(longestRun, run);
+      }
+    }
+    EXPECT_EQ(longestRun, longest);
+    EXPECT_NEAR(lost / (kScans * 361.0), share, 0.05 * share);
+  }
+}
+
+TEST(Scanner, ALostReturnTellsWhatItWouldHaveRead)
+{
+  const SensorModel sensor = makeSensor("planar-laser");
+  NoiseOptions noise;
+  noise.range_m = 0.02;
+  const auto whole = Scanner(hall(), sensor, noise, 5).scan(standing(0, 0, 1), 3);
+  noise.missing = 0.3;
+  const auto holed = Scanner(hall(), sensor, noise, 5).scan(standing(0, 0, 1), 3);
+  int lost = 0;
+  for (size_t i = 0; i < whole.size(); ++i)
+  {
+    lost += holed[i].lost_m ? 1 : 0;
+    EXPECT_EQ(holed[i].lost_m ? holed[i].lost_m : holed[i].range_m, whole[i].range_m);
+  }
+  EXPECT_GT(lost, 80);
+}
+
 TEST(Scanner, ChangingOneNoiseDoesNotChangeTheOthers)
 {
   const SensorModel sensor = makeSensor("planar-laser");
@@ -179,6 +225,19 @@ TEST(Scanner, RefusesImpossibleSettings)
   NoiseOptions noise;
   noise.missing = 1.5;
   EXPECT_THROW(Scanner(world, laser, noise, 1), std::invalid_argument);
+  noise.missing = 0.5;
+  for (const int longest : {0, -1, 2000000})
+  {
+    noise.longestBurst = longest;
+    EXPECT_THROW(Scanner(world, laser, noise, 1), std::invalid_argument) << longest;
+  }
+  noise.longestBurst = 3;  // 2 beams on average, of 3
+  EXPECT_THROW(Scanner(world, makeSensor("sonar"), noise, 1), std::invalid_argument);
+  noise.missing = 0.66;
+  EXPECT_NO_THROW(Scanner(world, laser, noise, 1));
+  noise.missing = 0.67;
+  EXPECT_THROW(Scanner(world, laser, noise, 1), std::invalid_argument);
+  noise.longestBurst = 1;
   noise.missing = 0;
   noise.range_m = NAN;
   EXPECT_THROW(Scanner(world, laser, noise, 1), std::invalid_argument);

@@ -23,7 +23,7 @@ using Key = std::tuple<int, int, int>;
 std::map<Key, bool> labelsOf(const std::vector<TrueCell>& cells)
 {
   std::map<Key, bool> labels;
-  for (const TrueCell& cell : cells) labels[{cell.index.x, cell.index.y, cell.index.z}] = cell.solid;
+  for (const TrueCell& cell : cells) labels[{cell.index.x, cell.index.y, cell.index.z}] = cell.occupied;
   return labels;
 }
 
@@ -38,9 +38,9 @@ TEST(Truth, EveryPointOfACellAgreesWithItsLabel)
     int solid = 0;
     for (const TrueCell& cell : truthOf(world, {resolution, 2}))
     {
-      solid += cell.solid ? 1 : 0;
+      solid += cell.occupied ? 1 : 0;
       for (int i = 0; i < 6; ++i)
-        ASSERT_EQ(world.scene.solidAt(pointIn(random, cell.index, resolution)), cell.solid);
+        ASSERT_EQ(world.scene.solidAt(pointIn(random, cell.index, resolution)), cell.occupied);
     }
     EXPECT_GT(solid, name == "flatland" ? 500 : 5000);
   }
@@ -108,7 +108,7 @@ TEST(Truth, SolidCellsReachAsDeepAsAskedForOnEverySide)
       const Eigen::Array3i index(cell.index.x, cell.index.y, cell.index.z);
       low = low.min(index);
       high = high.max(index);
-      count += cell.solid ? 0 : 1;
+      count += cell.occupied ? 0 : 1;
     }
     // Cells 0 and 9 contain the surfaces.
     EXPECT_TRUE((low == -depth).all()) << low.transpose();

@@ -3,6 +3,7 @@
 #include <lamap_tools/commands/compare.h>
 #include <lamap_tools/commands/held_out.h>
 #include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/report/text_table.h>
 
 #include <fstream>
 #include <iterator>
@@ -137,6 +138,11 @@ TEST_F(Compare, ThePageHoldsTableAndPicturesOfTruthAndMaps)
   EXPECT_EQ(line.rfind("|---|---:|", 0), 0U) << line;
   std::getline(table, line);
   EXPECT_EQ(line.rfind("| bgkMap creationOpts.planar=true | ", 0), 0U) << line;
+  const MapGeometry& shape = *comparison.maps[0].scores->geometry;
+  EXPECT_NE(line.find(" | " + centimetreText(shape.meanDistance_m) + " / " +
+                      centimetreText(shape.distance95_m) + " | " + percentText(shape.covered) + " | "),
+            std::string::npos)
+      << line;
   EXPECT_EQ(countOf("src=\"data:image/png;base64,iVBORw0KGgo"), 4U + 4U) << page.substr(0, 2000);
   EXPECT_EQ(countOf("\n\"") + countOf("No picture"), 0U);
   EXPECT_NE(page.find("</html>"), std::string::npos);
@@ -157,19 +163,21 @@ TEST_F(Compare, TheTableForProgramsHasANumberAField)
   std::getline(table, line);
   EXPECT_EQ(line,
             "map,auc,average_precision,log_loss,brier,observed_calibration_error,observed_share,"
-            "precision_at_0.999999,recall_at_0.999999,scans,ms_per_scan,memory_bytes");
+            "precision_at_0.999999,recall_at_0.999999,auc_of_returned,log_loss_of_returned,scans,ms_per_scan,"
+            "memory_bytes");
   std::getline(table, line);
   std::vector<std::string> fields;
   std::istringstream row(line);
   for (std::string field; std::getline(row, field, ',');) fields.push_back(field);
-  ASSERT_EQ(fields.size(), 12U) << line;
+  ASSERT_EQ(fields.size(), 14U) << line;
   const MapScores& scores = *comparison.maps[0].scores;
   EXPECT_EQ(std::stod(fields[3]), *scores.all.logLoss);
   EXPECT_EQ(std::stod(fields[5]), *scores.observed.calibrationError);
   EXPECT_EQ(std::stod(fields[6]), scores.observedShare());
   EXPECT_EQ(fields[7], "") << "no cell is called occupied";
   EXPECT_EQ(fields[8], "0");
-  EXPECT_EQ(std::stoull(fields[11]), *comparison.maps[0].memoryBytes);
+  EXPECT_EQ(std::stod(fields[10]), *comparison.maps[0].scoresOfReturned->all.logLoss);
+  EXPECT_EQ(std::stoull(fields[13]), *comparison.maps[0].memoryBytes);
   std::getline(table, line);
   EXPECT_EQ(line.rfind("\"a, b\",", 0), 0U) << line;
 }

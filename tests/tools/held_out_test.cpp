@@ -6,6 +6,7 @@
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/scores/held_out_cells.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -114,6 +115,51 @@ TEST(HeldOut, IsAMapOfTheOtherScansAskedAboutWhatTheseShow)
     EXPECT_NEAR(*report.scores.all.brier, sum / static_cast<double>(count), 1e-6);  // an .ot holds floats
     EXPECT_GT(*report.scores.all.areaUnderRoc, 0.6);
   }
+}
+
+/// A scan of which every third ray did not return.
+mrpt::obs::CObservation2DRangeScan::Ptr holedScanAt(int i)
+{
+  auto scan = scanAt(i);
+  for (size_t ray = 0; ray < 9; ray += 3)
+  {
+    scan->setScanRange(ray, scan->maxRange);
+    scan->setScanRangeValidity(ray, false);
+  }
+  return scan;
+}
+
+// By hand: what the scan shows when those rays are cut from it.
+TEST(HeldOut, GivesItsScoresAlsoWithoutTheRaysThatDidNotReturn)
+{
+  const TemporaryFolder folder;
+  Objects objects;
+  for (int i = 0; i < 4; ++i)
+  {
+    objects.push_back(odometry(at(i), 0.2 * i, 0.02, 0.03 * i));
+    objects.push_back(holedScanAt(i));
+  }
+  writeLog(folder / "a.rawlog", objects);
+  HeldOutOptions options = optionsFor(folder / "a.rawlog", 4);
+  options.maxRange_m = 6;
+  const HeldOutReport report = scoreHeldOut(options);
+
+  LabelRules rules;
+  rules.maxRange_m = 6;
+  Scan scan = *raysOf(*holedScanAt(3), poseOf(3));
+  const ScanLabels byAll = labelCells(scan, rules);
+  auto& rays = scan.fans.front().rays;
+  rays.erase(std::remove_if(rays.begin(), rays.end(),
+                            [](const Ray& ray) { return ray.meaning == RayEnd::NoReturn; }),
+             rays.end());
+  ASSERT_EQ(rays.size(), 6U);
+  const ScanLabels byReturned = labelCells(scan, rules);
+  EXPECT_LT(byReturned.free.size() + 100, byAll.free.size());
+  EXPECT_EQ(report.scores.all.free, byAll.free.size());
+  EXPECT_EQ(report.scoresOfReturned.all.free, byReturned.free.size());
+  EXPECT_EQ(report.scores.all.occupied, byAll.occupied.size());
+  EXPECT_EQ(report.scoresOfReturned.all.occupied, byReturned.occupied.size());
+  EXPECT_NE(*report.scores.all.logLoss, *report.scoresOfReturned.all.logLoss);
 }
 
 TEST(HeldOut, CountsTheScansOfEachSensorByThemselves)

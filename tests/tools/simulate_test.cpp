@@ -5,6 +5,7 @@
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/cells/truth.h>
 #include <lamap_tools/commands/map_build.h>
+#include <lamap_tools/commands/query_map.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/pose_track.h>
 #include <lamap_tools/simulate/simulate.h>
@@ -16,7 +17,9 @@
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 
 #include <cmath>
+#include <functional>
 #include <map>
+#include <set>
 
 #include "support/temporary_folder.h"
 
@@ -397,10 +400,201 @@ TEST_F(Simulated, TheTruthAsTextAndAsTreeIsTheSame)
     return labels;
   };
   const Truth csv = readTruth(folder_ / "t.csv");
-  EXPECT_EQ(csv.occupiedCount(), report.solidCells);
-  EXPECT_EQ(csv.cells.size(), report.solidCells + report.freeCells);
+  EXPECT_EQ(csv.occupiedCount(), report.occupiedCells);
+  EXPECT_EQ(csv.cells.size(), report.occupiedCells + report.freeCells);
   EXPECT_TRUE(csv.isOnGrid(0.2));
   EXPECT_TRUE(labelsOf(csv) == labelsOf(readTruth(folder_ / "t.bt")));
+}
+
+using Cell = std::tuple<long, long, long>;
+Cell cellOf(const Vector3d& point, double resolution_m)
+{
+  const Vector3d index = (point / resolution_m).array().floor();
+  return {std::lround(index.x()), std::lround(index.y()), std::lround(index.z())};
+}
+
+// Through the files: each return of an exact log ends in a cell that the truth of surfaces calls occupied, or
+// on its face (the log holds floats).
+TEST_F(Simulated, EveryReturnEndsInAnOccupiedCellOfTheTruthOfSurfaces)
+{
+  for (const char* world : {"structured", "poles", "flatland"})
+  {
+    SCOPED_TRACE(world);
+    SimulateOptions options = optionsFor(world);
+    options.scans = 6;
+    options.truthPaths = {folder_ / "t.csv"};
+    options.truthOf = "surfaces";
+    const SimulateReport report = simulate(options);
+    const Truth truth = readTruth(folder_ / "t.csv");
+    EXPECT_EQ(truth.occupiedCount(), report.occupiedCells);
+    EXPECT_EQ(truth.cells.size(), report.occupiedCells + report.freeCells);
+    std::set<Cell> occupied;
+    for (const TrueCell& cell : truth.cells)
+      if (cell.occupied) occupied.insert(cellOf(cell.centre_map, 0.1));
+    size_t returns = 0;
+    size_t elsewhere = 0;
+    for (const ObservedScan& scan : scansOf(options.outPath))
+    {
+      const auto rays = raysOf(*scan.observation, scan.robotPose_map);
+      for (const Ray& ray : rays->fans.front().rays)
+      {
+        if (ray.meaning != RayEnd::Return || ray.end.norm() > report.rangeMax_m) continue;
+        ++returns;
+        bool found = false;
+        for (int corner = 0; corner < 8; ++corner)
+        {
+          const Vector3d side(corner & 1, corner >> 1 & 1, corner >> 2);
+          Vector3d near = rays->inMap(ray.end) + 1e-5 * (2 * side.array() - 1).matrix();
+          if (truth.isOneLayer()) near.z() = truth.cells.front().centre_map.z();
+          found = found || occupied.count(cellOf(near, 0.1)) == 1;
+        }
+        elsewhere += found ? 0 : 1;
+      }
+    }
+    EXPECT_GT(returns, world == std::string("flatland") ? 1000U : 10000U);
+    EXPECT_EQ(elsewhere, 0U);
+  }
+}
+
+TEST_F(Simulated, SurfacePointsAreInTheCellsOfTheSurface)
+{
+  SimulateOptions options = optionsFor("poles");
+  options.truthPaths = {folder_ / "t.csv"};
+  options.truthOf = "surfaces";
+  options.surfacePath = folder_ / "s.csv";
+  const SimulateReport report = simulate(options);
+  EXPECT_EQ(report.files.back(), options.surfacePath);
+  Truth truth = readTruth(folder_ / "t.csv");
+  readSurface(folder_ / "s.csv", truth);
+  EXPECT_EQ(truth.surface_map.size(), report.surfacePoints);
+  std::set<Cell> holding;
+  for (const Vector3d& point : truth.surface_map) holding.insert(cellOf(point, 0.1));
+  for (const TrueCell& cell : truth.cells)
+    if (!cell.occupied)
+    {
+      ASSERT_EQ(holding.count(cellOf(cell.centre_map, 0.1)), 0U) << cell.centre_map.transpose();
+    }
+  EXPECT_GT(holding.size(), truth.occupiedCount() * 9 / 10);
+}
+
+/// How often each meaning occurs among the rays of all scans.
+std::map<RayEnd, size_t> meaningsIn(const std::vector<ObservedScan>& scans)
+{
+  std::map<RayEnd, size_t> counts;
+  for (const ObservedScan& scan : scans)
+  {
+    const auto rays = raysOf(*scan.observation, scan.robotPose_map);
+    for (const RayFan& fan : rays->fans)
+      for (const Ray& ray : fan.rays) ++counts[ray.meaning];
+  }
+  return counts;
+}
+
+TEST_F(Simulated, ALostRangeIsWrittenAsAskedFor)
+{
+  SimulateOptions options = optionsFor("flatland");
+  options.rangeMax_m = 30;  // then every beam meets a wall
+  options.scans = 3;
+  options.noise.missing = 0.3;
+  const std::map<std::string, std::function<bool(float)>> codes{
+      {"open", [](float range) { return range == 30; }},
+      {"zero", [](float range) { return range == 0; }},
+      {"nan", [](float range) { return std::isnan(range); }},
+      {"inf", [](float range) { return std::isinf(range) && range > 0; }},
+      {"max", [](float range) { return range == 30; }},
+      {"invalid", [](float range) { return range > 0 && range < 15; }}};
+  for (const auto& [name, isCode] : codes)
+  {
+    SCOPED_TRACE(name);
+    options.missingAs = name;
+    const SimulateReport report = simulate(options);
+    EXPECT_GT(report.lost, 250U);
+    size_t invalid = 0;
+    for (const ObservedScan& scan : scansOf(options.outPath))
+    {
+      const auto& ranges = dynamic_cast<const CObservation2DRangeScan&>(*scan.observation);
+      for (size_t i = 0; i < ranges.getScanSize(); ++i)
+      {
+        if (ranges.getScanRangeValidity(i)) continue;
+        ++invalid;
+        ASSERT_TRUE(isCode(ranges.getScanRange(i))) << ranges.getScanRange(i);
+      }
+    }
+    EXPECT_EQ(invalid, report.lost);
+    EXPECT_EQ(report.noReturns, report.lost);
+  }
+  options.missingAs = "invalid";
+  const SimulateReport report = simulate(options);
+  EXPECT_EQ(meaningsIn(scansOf(options.outPath))[RayEnd::Dropped], report.lost) << "not open space";
+}
+
+TEST_F(Simulated, ALostPointIsWrittenAsAskedFor)
+{
+  SimulateOptions options = optionsFor("structured");
+  options.rangeMax_m = 6;
+  options.scans = 3;
+  options.noise.missing = 0.3;
+  options.noise.longestBurst = 20;
+  const std::map<std::string, std::function<bool(const Vector3d&)>> codes{
+      {"zero", [](const Vector3d& point) { return point.isZero(0); }},
+      {"nan", [](const Vector3d& point) { return point.array().isNaN().all(); }},
+      {"inf", [](const Vector3d& point)
+       { return point.array().isInf().any() && !point.array().isNaN().any() && point.x() > 0; }},
+      {"max", [](const Vector3d& point) { return std::abs(point.norm() - 6) < 1e-5; }}};
+  for (const auto& [name, isCode] : codes)
+  {
+    SCOPED_TRACE(name);
+    options.missingAs = name;
+    const SimulateReport report = simulate(options);
+    EXPECT_GT(report.lost, 2000U);
+    size_t coded = 0;
+    size_t points = 0;
+    for (const ObservedScan& scan : scansOf(options.outPath))
+    {
+      const auto& cloud = *dynamic_cast<const CObservationPointCloud&>(*scan.observation).pointcloud;
+      for (size_t i = 0; i < cloud.size(); ++i)
+      {
+        float x = 0, y = 0, z = 0;
+        cloud.getPointFast(i, x, y, z);
+        ++points;
+        coded += isCode({x, y, z}) ? 1 : 0;
+      }
+    }
+    EXPECT_EQ(points, 3U * 3500U);
+    EXPECT_EQ(coded, report.lost);
+  }
+  options.missingAs = "invalid";
+  const SimulateReport report = simulate(options);
+  size_t points = 0;
+  for (const ObservedScan& scan : scansOf(options.outPath))
+    points += dynamic_cast<const CObservationPointCloud&>(*scan.observation).pointcloud->size();
+  EXPECT_EQ(points, 3U * 3500U - report.lost);
+}
+
+TEST_F(Simulated, ALostEchoIsWrittenAsAskedFor)
+{
+  SimulateOptions options = optionsFor("pier");
+  options.scans = 1;
+  options.noise.missing = 1;
+  options.missingAs = "invalid";
+  const SimulateReport report = simulate(options);
+  EXPECT_EQ(report.returns, 0U);
+  EXPECT_GT(report.lost, 60U);
+  auto meanings = meaningsIn(scansOf(options.outPath));
+  EXPECT_EQ(meanings[RayEnd::Return], 0U);
+  EXPECT_GT(meanings[RayEnd::Dropped], 50U) << "pings that heard nothing of what they met";
+  EXPECT_EQ(meanings[RayEnd::Dropped] + meanings[RayEnd::NoReturn], 120U);
+
+  options.sensor = "sonar-range";
+  options.missingAs = "max";
+  simulate(options);
+  for (const ObservedScan& scan : scansOf(options.outPath))
+  {
+    const auto& ranges = dynamic_cast<const mrpt::obs::CObservationRange&>(*scan.observation);
+    ASSERT_EQ(ranges.sensedData.size(), 1U);
+    const float distance = ranges.sensedData[0].sensedDistance;
+    EXPECT_TRUE(distance == 15 || distance == 0) << distance;
+  }
 }
 
 TEST_F(Simulated, AWayFromAFileAndAPlaceAreKept)
@@ -454,6 +648,13 @@ TEST_F(Simulated, RefusesWhatCannotBeAndWritesNothing)
   expectRefused([](auto& o) { o.truthDepth_m = 0; }, "--truth-depth 0");
   for (const double bad : {0.0, -1.0, std::nan("")})
     expectRefused([&](auto& o) { o.rangeMax_m = bad; }, "maximum range");
+  expectRefused([](auto& o) { o.truthOf = "surface"; }, "did you mean surfaces?");
+  expectRefused([](auto& o) { o.truthOf = "surfaces", o.truthDepth_m = 0.2; }, "--truth-depth");
+  expectRefused([](auto& o) { o.surfacePath = "s.pcd"; }, ".csv");
+  expectRefused([](auto& o) { o.missingAs = "null"; }, "invalid");
+  expectRefused([](auto& o) { o.noise.missing = 0.9, o.noise.longestBurst = 2; }, "at most 0.6");
+  expectRefused([](auto& o) { o.noise.longestBurst = 0; }, "longest burst");
+  expectRefused([](auto& o) { o.world = "pier", o.noise.longestBurst = 5; }, "singly");
   expectRefused([](auto& o) { o.noise.missing = 2; }, "--missing: 2: must be from 0 to 1");
   expectRefused([](auto& o) { o.noise.range_m = -1; }, "--range-noise: -1 m: must be from 0 to 100 m");
   expectRefused([](auto& o) { o.noise.range_m = 1e300; }, "--range-noise");

@@ -126,6 +126,47 @@ TEST_F(Tune, PrequentialScoresAScanByWhatCameBefore)
   EXPECT_NEAR(*report.maps.front().scores.all.brier, sum / count, 1e-12);
 }
 
+// The sensor loses every ray to a wall that it sees in other scans: a map that takes lost rays for open space
+// predicts lost rays best, and returns worst.
+TEST_F(Tune, GoesByTheRaysThatReturnedUnlessToldOtherwise)
+{
+  Objects log;
+  for (int i = 0; i < 9; ++i)
+  {
+    log.push_back(odometry(at(i), 0.01 * i, 0, 0));
+    auto scan = laser(at(i), 1);
+    for (size_t ray = 0; ray < 9; ++ray)
+    {
+      scan->setScanRangeValidity(ray, (ray + static_cast<size_t>(i)) % 3 == 0);
+      if (!scan->getScanRangeValidity(ray)) scan->setScanRange(ray, scan->maxRange);
+    }
+    log.push_back(scan);
+  }
+  writeLog(folder_ / "a.rawlog", log);
+  TuneOptions options = optionsFor({"insertOpts.considerInvalidRangesAsFreeSpace=true,false",
+                                    "insertOpts.maxRange=6", "insertOpts.freeWeight=20"});
+  for (const bool prequential : {false, true})
+  {
+    SCOPED_TRACE(prequential);
+    options.prequential = prequential;
+    options.rankByAllRays = false;
+    const TuneReport byReturned = tuneMap(options);
+    EXPECT_FALSE(byReturned.rankedByAllRays);
+    EXPECT_EQ(byReturned.maps.front().settings.front(), "insertOpts.considerInvalidRangesAsFreeSpace=false");
+    EXPECT_LT(*byReturned.maps[0].scoresOfReturned.all.logLoss,
+              *byReturned.maps[1].scoresOfReturned.all.logLoss);
+    options.rankByAllRays = true;
+    const TuneReport byAll = tuneMap(options);
+    EXPECT_EQ(byAll.maps.front().settings.front(), "insertOpts.considerInvalidRangesAsFreeSpace=true");
+    EXPECT_EQ(*byAll.maps[0].scores.all.logLoss, *byReturned.maps[1].scores.all.logLoss);
+    std::ostringstream text;
+    printTuning(byAll, text);
+    EXPECT_NE(text.str().find("(all rays)"), std::string::npos) << text.str();
+    EXPECT_EQ(tuningJson(byAll)["rankedBy"], "allRays");
+    EXPECT_EQ(tuningJson(byReturned)["rankedBy"], "returned");
+  }
+}
+
 TEST_F(Tune, TheNumberOfThreadsChangesNothing)
 {
   for (const std::string map : {"bgkMap", "octoMap"})

@@ -39,6 +39,7 @@ ScanLabels labelCells(const Scan& scan, const LabelRules& rules)
                sampling.freeMargin, "a finite length >= 0");
   RangeLimits limits;
   limits.max_m = rules.maxRange_m;
+  limits.noReturnIsFree = rules.noReturnIsFree;
   const SelectedRays rays = selectRays(scan, limits);
   const ScanFrame frame = ScanFrame::around(rays.scan, rules.resolution_m, rules.layer);
   ScanLabels labels;

@@ -18,6 +18,8 @@ struct LabelRules
   double maxRange_m = 0;
   /// Free cells end so far before a ray's return [m]; nothing: two cells.
   std::optional<double> freeMargin_m;
+  /// Whether rays without a return show free space, up to the maximum range.
+  bool noReturnIsFree = true;
   /// The layer of a map for 2D sensors: rays and cells are moved into it.
   std::optional<int32_t> layer;
 };
@@ -33,9 +35,9 @@ struct ScanLabels
  *
  * Occupied are the cells in which a ray of the scan returned. Free are the cells met by points along its
  * rays, one cell apart, backwards from the free margin before the return, or from the maximum range of a ray
- * without one, to half a cell from the sensor; a cell with a return of the same scan is never free. One ray
- * is followed for each cell in which rays end, to the mean of their ends. Nothing depends on how many rays
- * meet a cell. The lists are sorted by z, y, x.
+ * without one (unless those are left out), to half a cell from the sensor; a cell with a return of the same
+ * scan is never free. One ray is followed for each cell in which rays end, to the mean of their ends. Nothing
+ * depends on how many rays meet a cell. The lists are sorted by z, y, x.
  * @throws std::invalid_argument if a rule is not legal; std::length_error as Sampler::sample(). */
 [[nodiscard]] ScanLabels labelCells(const Scan& scan, const LabelRules& rules);
 

@@ -23,6 +23,8 @@ struct Truth
   std::vector<TrueCell> cells;
   /// Least distance of two cells along an axis [m], which is their edge; nothing for a single cell.
   std::optional<double> spacing_m;
+  /// Points on the surfaces of what is occupied, if they are known better than by cells [m].
+  std::vector<Eigen::Vector3d> surface_map;
 
   [[nodiscard]] size_t occupiedCount() const;
   /// Whether all centres have the same height: the truth of a map for 2D sensors.

@@ -3,6 +3,7 @@
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_tools/cells/truth.h>
 #include <lamap_tools/commands/compare.h>
+#include <lamap_tools/commands/query_map.h>
 #include <lamap_tools/commands/scored_map.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/file_output.h>
@@ -116,15 +117,15 @@ class Builder : public ScoredMap
   [[nodiscard]] ComparedMap finish()
   {
     takeTime([&] { (void)cells->estimateAt({0, 0, 0}); });
-    return {name, map, cells, inserter->tally(), insertion_s_, memoryOf(*map), std::nullopt};
+    return {name, map, cells, inserter->tally(), insertion_s_, memoryOf(*map), std::nullopt, std::nullopt};
   }
 
-  [[nodiscard]] MapScores heldOutScores(const std::vector<double>& thresholds)
+  void score(ComparedMap& compared, const std::vector<double>& thresholds)
   {
     if (shown.empty())
       throw std::runtime_error("the scans that were held out show neither hits nor free space");
-    shown.ask(*cells, tally);
-    return scores(thresholds);
+    compared.scores = heldOutScores(ScoredRays::All, shown, thresholds);
+    compared.scoresOfReturned = heldOutScores(ScoredRays::Returned, shown, thresholds);
   }
 
   HeldOutCells shown;
@@ -218,8 +219,7 @@ void scoreAll(Comparison& comparison, const CompareOptions& options, const std::
   }
   if (!choice) return;
   comparison.scoredBy = mrpt::format("the cells that %zu scans held out show", choice->heldOut());
-  for (size_t i = 0; i < builders.size(); ++i)
-    comparison.maps[i].scores = builders[i].heldOutScores(options.thresholds);
+  for (size_t i = 0; i < builders.size(); ++i) builders[i].score(comparison.maps[i], options.thresholds);
   if (!haveSameCells(builders))
     comparison.notes.emplace_back(
         "the maps have cells of different sizes or layers: each is scored over its own");
@@ -232,6 +232,7 @@ Comparison compareMaps(const CompareOptions& options, const ProgressSink& progre
   std::vector<Builder> builders = buildersFor(options);
   std::optional<Truth> truth;
   if (!options.truthPath.empty()) truth = readTruth(options.truthPath);
+  if (truth && !options.surfacePath.empty()) readSurface(options.surfacePath, *truth);
   std::optional<HeldOutChoice> choice;
   if (options.heldOutEvery > 0)
   {
@@ -247,7 +248,7 @@ Comparison compareMaps(const CompareOptions& options, const ProgressSink& progre
     const bool heldOut = scan && choice->isHeldOut(item);
     for (Builder& builder : builders)
       if (heldOut)
-        builder.shown.add(labelCells(*scan, builder.rules));
+        builder.shown.add(*scan, builder.rules);
       else
         builder.insert(item);
   };
@@ -271,11 +272,35 @@ Comparison compareMaps(const CompareOptions& options, const ProgressSink& progre
   return comparison;
 }
 
+namespace
+{
+/// In the order of the table's head.
+template <class Number>
+std::vector<std::string> geometryFields(const MapGeometry& shape, bool people, const Number& number)
+{
+  if (people)
+    return {number(shape.f1),
+            centimetreText(shape.meanDistance_m) + " / " + centimetreText(shape.distance95_m),
+            percentText(shape.covered),
+            number(shape.occupiedPerSurfaceCell),
+            percentText(shape.surfaceCalledFree),
+            percentText(shape.freeCalledFree)};
+  return {number(shape.f1),
+          number(shape.meanDistance_m),
+          number(shape.distance95_m),
+          number(shape.covered),
+          number(shape.occupiedPerSurfaceCell),
+          number(shape.surfaceCalledFree),
+          number(shape.freeCalledFree)};
+}
+}  // namespace
+
 TextTable comparisonTable(const Comparison& comparison, ForWhom forWhom)
 {
   using Row = std::vector<std::string>;
   const bool people = forWhom == ForWhom::People;
   const bool scored = !comparison.scoredBy.empty();
+  const bool heldOut = comparison.maps.front().scoresOfReturned.has_value();
   const auto append = [](Row& row, const Row& more) { row.insert(row.end(), more.begin(), more.end()); };
   const auto number = [&](const std::optional<double>& score) -> std::string
   {
@@ -295,6 +320,14 @@ TextTable comparisonTable(const Comparison& comparison, ForWhom forWhom)
       append(head, people ? Row{mrpt::format("P / R, p >= %g", score.threshold)}
                           : Row{mrpt::format("precision_at_%g", score.threshold),
                                 mrpt::format("recall_at_%g", score.threshold)});
+    if (heldOut)
+      append(head, people ? Row{"AUC, returns only", "log loss, returns only"}
+                          : Row{"auc_of_returned", "log_loss_of_returned"});
+    else
+      append(head, people ? Row{"F1", "distance, mean / 95 % [cm]", "covered", "occupied per surface cell",
+                                "surface called free", "free called free"}
+                          : Row{"f1", "mean_distance_m", "distance_95_m", "surface_covered",
+                                "occupied_per_surface_cell", "surface_called_free", "free_called_free"});
   }
   append(head, people ? Row{"scans", "ms per scan", "MiB"} : Row{"scans", "ms_per_scan", "memory_bytes"});
   table.add(head);
@@ -311,6 +344,11 @@ TextTable comparisonTable(const Comparison& comparison, ForWhom forWhom)
       for (const auto& [threshold, above, atLeast] : all.thresholds)
         append(row, people ? Row{number(atLeast.precision) + " / " + number(atLeast.recall)}
                            : Row{number(atLeast.precision), number(atLeast.recall)});
+      if (heldOut)
+        append(row,
+               {number(map.scoresOfReturned->all.areaUnderRoc), number(map.scoresOfReturned->all.logLoss)});
+      else
+        append(row, geometryFields(*map.scores->geometry, people, number));
     }
     const double scan_ms = 1e3 * map.insertionOfOne_s();
     const std::string none = people ? "-" : "";
@@ -360,6 +398,7 @@ Json comparisonJson(const Comparison& comparison)
              {"millisecondsAScan", 1e3 * map.insertionOfOne_s()}};
     one["memoryBytes"] = jsonOf(map.memoryBytes);
     one["scores"] = map.scores ? scoresJson(*map.scores) : Json();
+    if (map.scoresOfReturned) one["scoresOfReturned"] = scoresJson(*map.scoresOfReturned);
     json["maps"].push_back(one);
   }
   return json;

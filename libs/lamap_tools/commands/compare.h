@@ -30,6 +30,8 @@ struct CompareOptions
   std::vector<std::string> settings;
   /// As of readTruth(); empty: none.
   std::string truthPath;
+  /// As of readSurface(), with a truth; empty: none.
+  std::string surfacePath;
   /// Instead of a truth: every Nth scan of each sensor is kept from the maps and scored, ≥ 2; 0: none.
   size_t heldOutEvery = 0;
   /// With heldOutEvery, as HeldOutOptions::maxRange_m; 0: the farthest that one of the maps inserts.
@@ -53,6 +55,7 @@ struct ComparedMap
   double insertion_s = 0;
   std::optional<uint64_t> memoryBytes;  ///< as the map counts it itself; nothing where it does not
   std::optional<MapScores> scores;
+  std::optional<MapScores> scoresOfReturned;  ///< with scans held out: by the rays that returned
 
   [[nodiscard]] double insertionOfOne_s() const
   {

@@ -41,7 +41,7 @@ HeldOutReport scoreHeldOut(const HeldOutOptions& options, const ProgressSink& pr
                                {
                                  const auto scan = scanOf(item);
                                  if (scan && choice.isHeldOut(item))
-                                   shown.add(labelCells(*scan, scored.rules));
+                                   shown.add(*scan, scored.rules);
                                  else
                                    scored.inserter->insert(item);
                                });
@@ -51,8 +51,8 @@ HeldOutReport scoreHeldOut(const HeldOutOptions& options, const ProgressSink& pr
   if (report.stopped) return report;
 
   requireScans(choice, shown, report.scans, options);
-  shown.ask(*scored.cells, scored.tally);
-  report.scores = scored.scores(options.thresholds);
+  report.scores = scored.heldOutScores(ScoredRays::All, shown, options.thresholds);
+  report.scoresOfReturned = scored.heldOutScores(ScoredRays::Returned, shown, options.thresholds);
   return report;
 }
 

@@ -25,9 +25,10 @@ struct HeldOutOptions
 
 struct HeldOutReport
 {
-  MapScores scores;
-  InsertionTally scans;  ///< that the map was given
-  size_t heldOut = 0;    ///< scans that were scored
+  MapScores scores;            ///< by all rays
+  MapScores scoresOfReturned;  ///< by those that returned, see ScoredRays
+  InsertionTally scans;        ///< that the map was given
+  size_t heldOut = 0;          ///< scans that were scored
   /// Up to here rays were scored [m]; 0: what the observations state.
   double maxRange_m = 0;
   std::vector<InputReport> inputs;
@@ -36,7 +37,8 @@ struct HeldOutReport
 
 /** Scores a map without knowing the truth: it is built from all scans but every N-th, and asked about what
  * those show, see labelCells(): the cells of their hits and of their free space. A cell that several of them
- * show counts once for each; one that the map has not observed has P = 0.5.
+ * show counts once for each; one that the map has not observed has P = 0.5. All scores are given twice: by
+ * all rays, and without those that had no return.
  *
  * Scans of each sensor (by its label) are counted by themselves. What no ray can be read of is not counted.
  * @throws UsageError if the options do not go together; std::runtime_error naming the input if it has fewer

@@ -100,6 +100,14 @@ std::vector<TPoint3D> readPointsFile(const std::string& path)
   return readPoints(in, path);
 }
 
+void readSurface(const std::string& path, Truth& truth)
+{
+  truth.surface_map.clear();
+  for (const TPoint3D& point : readPointsFile(path))
+    truth.surface_map.emplace_back(point.x, point.y, point.z);
+  if (truth.surface_map.empty()) throw std::runtime_error(path + ": holds no point; expected lines x,y,z");
+}
+
 void writeAnswersCsv(const CellMap& map, const std::vector<TPoint3D>& points, std::ostream& out)
 {
   const auto names = map.evidenceNames();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <lamap_tools/cells/cell_map.h>
+#include <lamap_tools/cells/truth.h>
 #include <lamap_tools/report/json.h>
 #include <mrpt/math/TPoint3D.h>
 
@@ -22,6 +23,10 @@ namespace lamap::tools
 
 /// readPoints of a file, or of the standard input if the path is "-". @throws also if it cannot be opened.
 [[nodiscard]] std::vector<mrpt::math::TPoint3D> readPointsFile(const std::string& path);
+
+/** Points on surfaces, for the distances of MapGeometry. @throws as readPointsFile(), and for a file without
+ * points */
+void readSurface(const std::string& path, Truth& truth);
 
 /** A line for each point, after a header: x,y,z,prob,variance,state and the map's evidence. Where the map
  * says nothing the state is "unobserved" and the numbers are empty. */

@@ -1,7 +1,6 @@
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_tools/commands/scored_map.h>
 #include <lamap_tools/files/usage_error.h>
-#include <lamap_tools/scores/held_out_cells.h>
 
 #include <cmath>
 
@@ -22,6 +21,13 @@ ScoredMap::ScoredMap(const std::string& shownName, const MapDefinition& definiti
 MapScores ScoredMap::scores(const std::vector<double>& thresholds)
 {
   return tally.scores(name, *cells, thresholds);
+}
+
+MapScores ScoredMap::heldOutScores(ScoredRays rays, const HeldOutCells& shown,
+                                   const std::vector<double>& thresholds)
+{
+  shown.ask(rays, *cells, tally);
+  return scores(thresholds);
 }
 
 void requireLegalScoring(size_t every, double maxRange_m)

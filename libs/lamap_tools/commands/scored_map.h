@@ -4,6 +4,7 @@
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/config/map_setup.h>
 #include <lamap_tools/inputs/scan_inserter.h>
+#include <lamap_tools/scores/held_out_cells.h>
 #include <lamap_tools/scores/map_scores.h>
 
 #include <memory>
@@ -24,6 +25,10 @@ struct ScoredMap
 
   /// What `tally` holds, which is empty afterwards.
   [[nodiscard]] MapScores scores(const std::vector<double>& thresholds);
+
+  /// By the cells that scans held out show.
+  [[nodiscard]] MapScores heldOutScores(ScoredRays rays, const HeldOutCells& shown,
+                                        const std::vector<double>& thresholds);
 
   std::string name;
   mrpt::maps::CMetricMap::Ptr map;

@@ -6,6 +6,7 @@
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/scan_inserter.h>
+#include <lamap_tools/report/text_table.h>
 #include <lamap_tools/scores/score_report.h>
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/core/format.h>
@@ -92,17 +93,40 @@ class Candidate : public ScoredMap
   {
   }
 
-  void askAbout(const ScanLabels& labels)
+  /// @param labels  by all rays  @param returned  by those that returned
+  void askAbout(const ScanLabels& labels, const ScanLabels& returned)
   {
-    askAboutLabels(*cells, labels, tally);
-    if (tally.size() <= joinAt_) return;
-    tally.join();
-    joinAt_ = std::max(kJoinAt, 2 * tally.size());
+    ask(labels, tally, joinAt_);
+    ask(returned, tallyOfReturned_, joinReturnedAt_);
+  }
+
+  void askAbout(const HeldOutCells& shown)
+  {
+    shown.ask(ScoredRays::All, *cells, tally);
+    shown.ask(ScoredRays::Returned, *cells, tallyOfReturned_);
+  }
+
+  /// Leaves the tallies empty.
+  [[nodiscard]] TunedMap tuned(const std::vector<std::string>& settings)
+  {
+    const std::vector<double> thresholds{0.7};
+    return {settings, scores(thresholds), tallyOfReturned_.scores(name, *cells, thresholds)};
   }
 
  private:
   static constexpr size_t kJoinAt = 1U << 21U;
+
+  void ask(const ScanLabels& labels, PredictionTally& answers, size_t& joinAt) const
+  {
+    askAboutLabels(*cells, labels, answers);
+    if (answers.size() <= joinAt) return;
+    answers.join();
+    joinAt = std::max(kJoinAt, 2 * answers.size());
+  }
+
+  PredictionTally tallyOfReturned_;
   size_t joinAt_ = kJoinAt;
+  size_t joinReturnedAt_ = kJoinAt;
 };
 
 void requireSameCells(const Candidate& first, const Candidate& other)
@@ -163,21 +187,23 @@ class Search
     {
       const bool first = scored_ + unscored_ == 0;  // no map knows anything yet
       ++(first ? unscored_ : scored_);
-      const ScanLabels labels = first ? ScanLabels() : labelCells(*scan, rules());
-      return forEach([&](Candidate& candidate) { candidate.askAbout(labels); }, &item);
+      const auto labels = [&](ScoredRays rays)
+      { return first ? ScanLabels() : labelsBy(rays, *scan, rules()); };
+      const ScanLabels all = labels(ScoredRays::All);
+      const ScanLabels returned = labels(ScoredRays::Returned);
+      return forEach([&](Candidate& candidate) { candidate.askAbout(all, returned); }, &item);
     }
     if (scan && choice_.isHeldOut(item))
     {
       ++scored_;
-      return shown_.add(labelCells(*scan, rules()));
+      return shown_.add(*scan, rules());
     }
     forEach([](Candidate&) {}, &item);
   }
 
   void finish()
   {
-    if (!options_.prequential)
-      forEach([&](Candidate& candidate) { shown_.ask(*candidate.cells, candidate.tally); }, nullptr);
+    if (!options_.prequential) forEach([&](Candidate& candidate) { candidate.askAbout(shown_); }, nullptr);
   }
 
   [[nodiscard]] std::vector<std::unique_ptr<Candidate>>& candidates() { return candidates_; }
@@ -223,6 +249,12 @@ void requireLegalOptions(const TuneOptions& options)
   const AtomicFile placeIsWritable(options.outPath);
 }
 
+/// By which maps are ranked.
+const Scores& rankingScores(const TunedMap& map, bool byAllRays)
+{
+  return byAllRays ? map.scores.all : map.scoresOfReturned.all;
+}
+
 /// What the configuration file says of the map, with the fixed and the best settings over it.
 std::string bestConfig(const TuneOptions& options, const SearchSpace& space, const TuneReport& report)
 {
@@ -238,10 +270,12 @@ std::string bestConfig(const TuneOptions& options, const SearchSpace& space, con
     for (const std::string& text : *settings) set(parseSetting(text));
   std::string sections;
   ini.getContent(sections);
-  return mrpt::format("# The best of %zu settings by %s log loss: %.4f over %llu cells of %zu scans.\n",
-                      report.maps.size(), options.prequential ? "prequential" : "held-out",
-                      *best.scores.all.logLoss, static_cast<unsigned long long>(best.scores.all.cells()),
-                      report.scored) +
+  const Scores& scores = rankingScores(best, report.rankedByAllRays);
+  return mrpt::format(
+             "# The best of %zu settings by %s log loss: %.4f over %llu cells that %s of %zu scans show.\n",
+             report.maps.size(), options.prequential ? "prequential" : "held-out", *scores.logLoss,
+             static_cast<unsigned long long>(scores.cells()),
+             report.rankedByAllRays ? "all rays" : "the rays that returned", report.scored) +
          "#   lamap build -i LOG -c THIS -o MAP.lamap.gz\n\n" + sections;
 }
 }  // namespace
@@ -270,15 +304,22 @@ TuneReport tuneMap(const TuneOptions& options, const ProgressSink& progress)
         reasonsOf(inserted));
   search.finish();
   for (size_t i = 0; i < space.combinations.size(); ++i)
-    report.maps.push_back({space.combinations[i], search.candidates()[i]->scores({0.7})});
+    report.maps.push_back(search.candidates()[i]->tuned(space.combinations[i]));
+  report.rankedByAllRays = options.rankByAllRays;
   if (report.maps.front().scores.all.cells() == 0)
     throw std::runtime_error("the scans that are scored show neither hits nor free space");
+  if (rankingScores(report.maps.front(), options.rankByAllRays).cells() == 0)
+    throw std::runtime_error(
+        "not one ray of the scans that are scored returned: --all-rays ranks by those that did not, too");
   if (inserted.usedCount() == 0)
     throw std::runtime_error("not one scan that the map takes" + reasonsOf(inserted));
   report.scans = inserted;
   std::stable_sort(report.maps.begin(), report.maps.end(),
-                   [](const TunedMap& a, const TunedMap& b)
-                   { return *a.scores.all.logLoss < *b.scores.all.logLoss; });
+                   [&](const TunedMap& a, const TunedMap& b)
+                   {
+                     return *rankingScores(a, options.rankByAllRays).logLoss <
+                            *rankingScores(b, options.rankByAllRays).logLoss;
+                   });
   if (!options.outPath.empty())
   {
     writeFileAtomically(options.outPath, bestConfig(options, space, report));
@@ -289,15 +330,19 @@ TuneReport tuneMap(const TuneOptions& options, const ProgressSink& progress)
 
 void printTuning(const TuneReport& report, std::ostream& out)
 {
-  out << mrpt::format("%zu settings of %s, scored by %zu scans; best first\n", report.maps.size(),
-                      report.mapName.c_str(), report.scored);
-  out << "  log loss     AUC   Brier  calibration error  observed  settings\n";
+  const bool byAll = report.rankedByAllRays;
+  out << mrpt::format("%zu settings of %s, scored by %zu scans (%s); best first\n", report.maps.size(),
+                      report.mapName.c_str(), report.scored, byAll ? "all rays" : "only rays that returned");
+  out << "  log loss     AUC   Brier  calibration error  observed  "
+      << (byAll ? "log loss, returns only" : "log loss, all rays") << "  settings\n";
   for (const TunedMap& map : report.maps)
   {
-    const Scores& scores = map.scores.all;
-    out << mrpt::format("  %8.4f  %6s  %.4f  %17.4f  %6.1f %%  ", *scores.logLoss,
-                        scores.areaUnderRoc ? mrpt::format("%.4f", *scores.areaUnderRoc).c_str() : "-",
-                        *scores.brier, *scores.calibrationError, 100 * map.scores.observedShare());
+    const Scores& scores = rankingScores(map, byAll);
+    const Scores& others = rankingScores(map, !byAll);
+    out << mrpt::format("  %8.4f  %6s  %.4f  %17.4f  %6.1f %%  %*s  ", *scores.logLoss,
+                        numberText(scores.areaUnderRoc).c_str(), *scores.brier, *scores.calibrationError,
+                        100 * (byAll ? map.scores : map.scoresOfReturned).observedShare(), byAll ? 22 : 18,
+                        numberText(others.logLoss).c_str());
     out << joined(map.settings, " ") << "\n";
   }
   printLeftOut(report.scans, out);
@@ -309,11 +354,14 @@ Json tuningJson(const TuneReport& report)
   Json json;
   json["map"] = report.mapName;
   json["scoredScans"] = report.scored;
+  json["rankedBy"] = report.rankedByAllRays ? "allRays" : "returned";
   json["output"] = report.outPath;
   json["scoring"] = scoringJson();
   json["candidates"] = Json::array();
   for (const TunedMap& map : report.maps)
-    json["candidates"].push_back({{"settings", map.settings}, {"scores", scoresJson(map.scores)}});
+    json["candidates"].push_back({{"settings", map.settings},
+                                  {"scores", scoresJson(map.scores)},
+                                  {"scoresOfReturned", scoresJson(map.scoresOfReturned)}});
   return json;
 }
 

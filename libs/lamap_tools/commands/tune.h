@@ -22,6 +22,8 @@ struct TuneOptions
   size_t every = 10;
   /// Instead: every scan is scored by what the map knows before it is given the scan.
   bool prequential = false;
+  /// Ranks by all rays of the scored scans, instead of only those that returned.
+  bool rankByAllRays = false;
   /// As HeldOutOptions::maxRange_m; must be given where the search changes how far the map inserts rays.
   double maxRange_m = 0;
   /// The best settings, as an .ini file for `lamap build -c`; empty: none is written.
@@ -34,15 +36,17 @@ struct TuneOptions
 struct TunedMap
 {
   std::vector<std::string> settings;  ///< "section.key=value" of what is searched, in the order given
-  MapScores scores;
+  MapScores scores;                   ///< by all rays
+  MapScores scoresOfReturned;         ///< by those that returned, see ScoredRays
 };
 
 struct TuneReport
 {
   std::string mapName;
-  std::vector<TunedMap> maps;  ///< least log loss over all cells first
-  size_t scored = 0;           ///< scans
-  InsertionTally scans;        ///< that the best map was given
+  std::vector<TunedMap> maps;  ///< the best first
+  bool rankedByAllRays = false;
+  size_t scored = 0;     ///< scans
+  InsertionTally scans;  ///< that the best map was given
   std::vector<InputReport> inputs;
   std::string outPath;
   bool stopped = false;  ///< because it was asked to: there are no scores, and no file, then
@@ -50,7 +54,9 @@ struct TuneReport
 
 /** Searches options by how well scans predict each other: every combination of the values is a map, all are
  * built in parallel from one reading of the input, and ranked by log loss over the cells that the scored
- * scans show (see labelCells(); cells that a map has not observed count as P = 0.5).
+ * scans show by their rays that returned, or by all (see labelCells(); cells that a map has not observed
+ * count as P = 0.5). Missing returns do not count unless asked for, because where they are failures of the
+ * sensor, the best score goes to the map that believes them.
  *
  * All maps are in memory at once, and must have the same cells: neither resolution nor layer can be searched,
  * for scores of different cells cannot be compared.

@@ -67,4 +67,14 @@ std::string numberText(const std::optional<double>& number)
   return number ? mrpt::format("%.4f", *number) : "-";
 }
 
+std::string percentText(const std::optional<double>& share)
+{
+  return share ? mrpt::format("%.1f %%", 100 * *share) : "-";
+}
+
+std::string centimetreText(const std::optional<double>& length_m)
+{
+  return length_m ? mrpt::format("%.2f", 100 * *length_m) : "-";
+}
+
 }  // namespace lamap::tools

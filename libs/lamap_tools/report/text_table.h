@@ -30,5 +30,9 @@ class TextTable
 
 /// Four digits after the point; "-" if empty.
 [[nodiscard]] std::string numberText(const std::optional<double>& number);
+/// "12.3 %" for 0.123; "-" if empty.
+[[nodiscard]] std::string percentText(const std::optional<double>& share);
+/// "12.34" for 0.1234 m; "-" if empty.
+[[nodiscard]] std::string centimetreText(const std::optional<double>& length_m);
 
 }  // namespace lamap::tools

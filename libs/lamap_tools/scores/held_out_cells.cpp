@@ -37,15 +37,27 @@ size_t HeldOutChoice::mostScans() const
   return most;
 }
 
-void HeldOutCells::add(const ScanLabels& labels)
+ScanLabels labelsBy(ScoredRays rays, const Scan& scan, LabelRules rules)
 {
-  for (const CellIndex& cell : labels.occupied) ++votes_[cell].occupied;
-  for (const CellIndex& cell : labels.free) ++votes_[cell].free;
+  rules.noReturnIsFree = rays == ScoredRays::All;
+  return labelCells(scan, rules);
 }
 
-void HeldOutCells::ask(const CellMap& map, PredictionTally& tally) const
+void HeldOutCells::count(const ScanLabels& labels, CellVotes& votes)
 {
-  for (const auto& [cell, votes] : votes_)
+  for (const CellIndex& cell : labels.occupied) ++votes[cell].occupied;
+  for (const CellIndex& cell : labels.free) ++votes[cell].free;
+}
+
+void HeldOutCells::add(const Scan& scan, const LabelRules& rules)
+{
+  count(labelsBy(ScoredRays::All, scan, rules), byAll_);
+  count(labelsBy(ScoredRays::Returned, scan, rules), byReturned_);
+}
+
+void HeldOutCells::ask(ScoredRays rays, const CellMap& map, PredictionTally& tally) const
+{
+  for (const auto& [cell, votes] : rays == ScoredRays::All ? byAll_ : byReturned_)
     tally.add(estimateOf(map, cell, resolution_m_), votes.occupied, votes.free);
 }
 

@@ -33,6 +33,17 @@ class HeldOutChoice
   std::map<std::string, size_t> scansOf_;
 };
 
+/// Which rays of the scans held out score a map: a missing return may be open space or a failure of the
+/// sensor, so that scores by all rays may reward maps that call lost walls free.
+enum class ScoredRays
+{
+  All,
+  Returned  ///< without those that did not return; a point beyond the maximum range counts as a return
+};
+
+/// What one scan shows by these rays.
+[[nodiscard]] ScanLabels labelsBy(ScoredRays rays, const Scan& scan, LabelRules rules);
+
 /** What scans show, counted cell by cell, so that the memory depends on the place and not on the number of
  * scans. Const methods may be called from several threads. */
 class HeldOutCells
@@ -40,10 +51,10 @@ class HeldOutCells
  public:
   explicit HeldOutCells(double resolution_m) : resolution_m_(resolution_m) {}
 
-  void add(const ScanLabels& labels);
-  /// Asks a map about all cells.
-  void ask(const CellMap& map, PredictionTally& tally) const;
-  [[nodiscard]] bool empty() const { return votes_.empty(); }
+  void add(const Scan& scan, const LabelRules& rules);
+  /// Asks a map about all cells that these rays show.
+  void ask(ScoredRays rays, const CellMap& map, PredictionTally& tally) const;
+  [[nodiscard]] bool empty() const { return byAll_.empty(); }
 
  private:
   /// How often scans showed a cell occupied and free.
@@ -53,8 +64,13 @@ class HeldOutCells
     uint64_t free = 0;
   };
 
+  using CellVotes = tsl::robin_map<CellIndex, Votes, CellIndexHash>;
+
+  static void count(const ScanLabels& labels, CellVotes& votes);
+
   double resolution_m_;
-  tsl::robin_map<CellIndex, Votes, CellIndexHash> votes_;
+  CellVotes byAll_;
+  CellVotes byReturned_;
 };
 
 /// Asks a map about the cells that one scan shows.

@@ -117,6 +117,7 @@ Scores scoresOf(const RankedPredictions& predictions, const std::vector<double>&
 
 void PredictionTally::add(const std::optional<CellEstimate>& estimate, uint64_t occupied, uint64_t free)
 {
+  states_.add(estimate, occupied, free);
   if (estimate)
   {
     observed_.push_back({estimate->prob, occupied, free});
@@ -144,6 +145,7 @@ MapScores PredictionTally::scores(const std::string& name, const CellMap& map,
   std::vector<PredictedCells> all = observed.ascending();
   all.push_back(unobserved_);
   unobserved_ = {kUnobservedProb, 0, 0};
+  states_ = {};
   scores.all = scoresOf(RankedPredictions(std::move(all)), thresholds);
   return scores;
 }
@@ -170,7 +172,9 @@ MapScores scoreMap(const OpenedMap& map, const std::string& name, const Truth& t
   PredictionTally tally;
   askAboutTruth(*map.cells, truth, sampling.partsAlongEdge, layer, tally, progress);
   if (tally.size() == 0) failWithoutOverlap(*map.cells, name, truth);
+  const MapGeometry geometry = geometryOf(*map.cells, layer, truth, tally.states());
   MapScores scores = tally.scores(name, *map.cells, thresholds);
+  scores.geometry = geometry;
   scores.notes = std::move(notes);
   return scores;
 }

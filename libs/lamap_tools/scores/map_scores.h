@@ -3,6 +3,7 @@
 #include <lamap_core/metrics/metrics.h>
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/cells/truth.h>
+#include <lamap_tools/scores/map_geometry.h>
 
 #include <cstdint>
 #include <functional>
@@ -51,11 +52,13 @@ struct MapScores
   double resolution_m = 0;
   Scores all;       ///< over all cells; one the map has not observed counts as kUnobservedProb
   Scores observed;  ///< over those it has observed
+  std::optional<MapGeometry> geometry;  ///< against a truth only
   std::vector<std::string> notes;
 
-  /// Of all cells, in [0, 1].
+  /// Of all cells, in [0, 1]; 0 if there are none.
   [[nodiscard]] double observedShare() const
   {
+    if (all.cells() == 0) return 0;
     return static_cast<double>(observed.cells()) / static_cast<double>(all.cells());
   }
 };
@@ -68,6 +71,7 @@ class PredictionTally
   void add(const std::optional<CellEstimate>& estimate, uint64_t occupied, uint64_t free);
 
   [[nodiscard]] size_t size() const { return observed_.size(); }
+  [[nodiscard]] const StateCounts& states() const { return states_; }
   /// Joins cells of equal probability, to save memory. Changes no score.
   void join();
   /// What the cells come to, without notes. Leaves the tally empty.
@@ -77,6 +81,7 @@ class PredictionTally
  private:
   std::vector<PredictedCells> observed_;
   PredictedCells unobserved_{kUnobservedProb, 0, 0};
+  StateCounts states_;
 };
 
 /** The layer of cells that a map for 2D sensors consists of: of a planar map of this library, or 0 for a
@@ -95,6 +100,8 @@ using CountSink = std::function<void(size_t done, size_t expected)>;
  * - a truth whose centres are not at (i + 1/2)·edge is refused, as its cells would lie across the map's.
  * The first two are said in MapScores::notes. Of a map for 2D sensors only its own layer is scored, and the
  * truth's cells in it; all of them, if they are one layer too.
+ *
+ * The geometry is by the same answers, and by all occupied cells of the map.
  *
  * @param name for messages and for MapScores
  * @throws std::runtime_error naming the map if it is empty, observed none of the truth's cells or lies on

@@ -55,6 +55,28 @@ void printThresholds(const std::vector<MapScores>& maps, const std::string& titl
   table.print(out);
 }
 
+void printGeometry(const std::vector<MapScores>& maps, std::ostream& out)
+{
+  if (!maps.front().geometry) return;
+  out << mrpt::format("shape (occupied: the map's own state; called free: p < %g; distances",
+                      kCalledFreeBelow)
+      << " from the centres of occupied cells to the nearest "
+      << (maps.front().geometry->toPoints ? "point on a surface" : "centre of an occupied cell of the truth")
+      << ")\n";
+  TextTable table;
+  table.add({"map", "distance, mean [cm]", "95 % [cm]", "surface covered", "occupied per surface cell",
+             "surface called free", "free called free", "F1"});
+  for (const MapScores& map : maps)
+  {
+    const MapGeometry& shape = *map.geometry;
+    table.add({map.name, centimetreText(shape.meanDistance_m), centimetreText(shape.distance95_m),
+               percentText(shape.covered), numberText(shape.occupiedPerSurfaceCell),
+               percentText(shape.surfaceCalledFree), percentText(shape.freeCalledFree),
+               numberText(shape.f1)});
+  }
+  table.print(out);
+}
+
 /// Why scores are undefined.
 std::string oneClassNote(const Scores& scores, const char* which)
 {
@@ -68,6 +90,20 @@ using tools::jsonOf;
 Json jsonOf(const PrecisionRecall& score)
 {
   return {{"precision", jsonOf(score.precision)}, {"recall", jsonOf(score.recall)}};
+}
+
+Json jsonOf(const MapGeometry& shape)
+{
+  return {{"distancesTo", shape.toPoints ? "points" : "cells"},
+          {"occupiedCells", shape.occupiedCells},
+          {"surfaceCells", shape.surfaceCells},
+          {"meanDistance", jsonOf(shape.meanDistance_m)},
+          {"distance95", jsonOf(shape.distance95_m)},
+          {"covered", jsonOf(shape.covered)},
+          {"occupiedPerSurfaceCell", jsonOf(shape.occupiedPerSurfaceCell)},
+          {"surfaceCalledFree", jsonOf(shape.surfaceCalledFree)},
+          {"freeCalledFree", jsonOf(shape.freeCalledFree)},
+          {"f1", jsonOf(shape.f1)}};
 }
 
 Json jsonOf(const Scores& scores)
@@ -98,6 +134,7 @@ void printScores(const std::vector<MapScores>& maps, const std::string& cells, s
   printThresholds(maps, "  precision / recall", &MapScores::all, out);
   printBlock(maps, "observed " + cells, &MapScores::observed, out);
   printThresholds(maps, "  precision / recall", &MapScores::observed, out);
+  printGeometry(maps, out);
   for (const MapScores& map : maps)
   {
     out << mrpt::format("%s: %s, %g m; %.1f %% of the cells observed\n", map.name.c_str(),
@@ -114,13 +151,15 @@ void printScores(const std::vector<MapScores>& maps, const std::string& cells, s
 
 Json scoresJson(const MapScores& map)
 {
-  return {{"map", map.name},
-          {"class", map.className},
-          {"resolution", map.resolution_m},
-          {"observedShare", map.observedShare()},
-          {"notes", map.notes},
-          {"all", jsonOf(map.all)},
-          {"observed", jsonOf(map.observed)}};
+  Json json{{"map", map.name},
+            {"class", map.className},
+            {"resolution", map.resolution_m},
+            {"observedShare", map.observedShare()},
+            {"notes", map.notes},
+            {"all", jsonOf(map.all)},
+            {"observed", jsonOf(map.observed)}};
+  if (map.geometry) json["geometry"] = jsonOf(*map.geometry);
+  return json;
 }
 
 Json scoringJson()
@@ -128,7 +167,8 @@ Json scoringJson()
   return {{"unobservedProb", kUnobservedProb},
           {"logLossClip", kLogLossClip},
           {"calibrationBins", kCalibrationBins},
-          {"thresholdTolerance", kThresholdTolerance}};
+          {"thresholdTolerance", kThresholdTolerance},
+          {"calledFreeBelow", kCalledFreeBelow}};
 }
 
 }  // namespace lamap::tools

@@ -9,13 +9,13 @@
 
 namespace lamap::tools
 {
-/** The scores of several maps as tables: over all cells, over observed ones, and precision and recall at each
- * threshold. "-" stands for what is undefined, and notes say why. Every map must have been scored with the
- * same thresholds.
+/** The scores of several maps as tables: over all cells, over observed ones, precision and recall at each
+ * threshold, and the shape of the map, if it was scored against a truth. "-" stands for what is undefined,
+ * and notes say why. Every map must have been scored with the same thresholds.
  * @param cells  what the cells are, e.g. "cells of the truth" */
 void printScores(const std::vector<MapScores>& maps, const std::string& cells, std::ostream& out);
 
-/// The same of one map; null stands for what is undefined. Curves are left out.
+/// The same of one map, lengths in metres; null stands for what is undefined. Curves are left out.
 [[nodiscard]] Json scoresJson(const MapScores& map);
 
 /** How scores are made: what an unobserved cell counts as, the clip of the log loss, the number of bins, the

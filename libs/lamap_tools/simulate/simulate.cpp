@@ -1,6 +1,7 @@
 #include <lamap_core/options/nearest_name.h>
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
+#include <lamap_sim/surface_truth.h>
 #include <lamap_sim/truth.h>
 #include <lamap_tools/config/map_setup.h>
 #include <lamap_tools/files/file_names.h>
@@ -53,7 +54,8 @@ struct Default
 constexpr Default kDefaults[] = {
     {"structured", "sector-laser", 12, 0}, {"unstructured", "sector-laser", 12, 0},
     {"corridor", "pan-tilt-laser", 66, 0}, {"pier", "sonar", 12, 0},
-    {"station", "sector-laser", 60, 0},    {"flatland", "planar-laser", 20, 6}};
+    {"station", "sector-laser", 60, 0},    {"flatland", "planar-laser", 20, 6},
+    {"poles", "sector-laser", 12, 0}};
 
 const Default& defaultOf(const std::string& world)
 {
@@ -241,6 +243,12 @@ void requireLegal(const SimulateOptions& options)
   for (const std::string& path : options.truthPaths)
     if (!endsWith(path, ".csv") && !endsWith(path, ".bt"))
       throw UsageError("--truth " + path + ": the name must end in .csv or .bt");
+  requireKnown("--truth-of", options.truthOf, {"solids", "surfaces"});
+  requireKnown("--missing-as", options.missingAs, missingAsNames());
+  if (options.truthOf == "surfaces" && options.truthDepth_m)
+    throw UsageError("--truth-depth: is for --truth-of solids; surfaces have no depth");
+  if (!options.surfacePath.empty() && !endsWith(options.surfacePath, ".csv"))
+    throw UsageError("--surface " + options.surfacePath + ": the name must end in .csv");
   if (options.scans && *options.scans < 1)
     throw UsageError("--scans " + std::to_string(*options.scans) + ": must be 1 or more");
   if (!(options.resolution_m > 0) || !std::isfinite(options.resolution_m))
@@ -340,7 +348,7 @@ class Simulation
   SimulateReport run(const ProgressSink& progress)
   {
     openFiles();
-    report_.stopped = !writeLog(progress) || !writeTruth(progress);
+    report_.stopped = !writeLog(progress) || !writeTruth(progress) || !writeSurface();
     if (report_.stopped)
     {
       report_.files.clear();
@@ -365,6 +373,7 @@ class Simulation
     report_.files = {options_.outPath, besideLog(options_.outPath, ".tum"),
                      besideLog(options_.outPath, ".ini")};
     report_.files.insert(report_.files.end(), options_.truthPaths.begin(), options_.truthPaths.end());
+    if (!options_.surfacePath.empty()) report_.files.push_back(options_.surfacePath);
     requireOwnPlaces(report_.files,
                      {isMotionName(options_.trajectory) ? std::string() : options_.trajectory});
     for (const std::string& path : report_.files) files_.push_back(std::make_unique<FileOutput>(path));
@@ -372,7 +381,8 @@ class Simulation
 
   bool writeLog(const ProgressSink& progress)
   {
-    const LogOptions logOptions{sensor_, options_.noise, options_.odometryNoise, options_.seed};
+    const LogOptions logOptions{sensor_, options_.noise, options_.odometryNoise, options_.seed,
+                                missingAs(options_.missingAs)};
     FileOutput& out = file(options_.outPath);
     const auto log =
         endsWith(options_.outPath, ".rawlog") ? makeRawlog(out, logOptions) : makeSimplemap(out, logOptions);
@@ -401,24 +411,32 @@ class Simulation
     {
       const sim::HeadTurn head = sim::headTurn(sensor_, static_cast<int>(shot));
       const auto echoes = scanner_.ping(pose, head, shot);
-      report_.returns += echoes.size();
-      report_.noReturns += echoes.empty() ? 1 : 0;
+      const auto lost = static_cast<size_t>(
+          std::count_if(echoes.begin(), echoes.end(), [](const sim::Echo& echo) { return echo.lost; }));
+      report_.returns += echoes.size() - lost;
+      report_.lost += lost;
+      report_.noReturns += echoes.size() == lost ? 1 : 0;
       log.addPing(reported, head, echoes);
       return;
     }
     const auto readings = scanner_.scan(pose, shot);
     for (const sim::BeamReading& reading : readings)
+    {
       ++(reading.range_m ? report_.returns : report_.noReturns);
+      report_.lost += reading.lost_m ? 1 : 0;
+    }
     log.addScan(reported, readings);
   }
 
   bool writeTruth(const ProgressSink& progress)
   {
     if (options_.truthPaths.empty()) return true;
-    const int depth = truthDepthInCells(options_);
-    truth_ = sim::truthOf(world_, {options_.resolution_m, depth}, options_.shouldStop);
+    truth_ =
+        options_.truthOf == "surfaces"
+            ? sim::surfaceTruthOf(world_, sensor_, shots_, options_.resolution_m, options_.shouldStop)
+            : sim::truthOf(world_, {options_.resolution_m, truthDepthInCells(options_)}, options_.shouldStop);
     if (options_.shouldStop()) return false;
-    for (const sim::TrueCell& cell : truth_) ++(cell.solid ? report_.solidCells : report_.freeCells);
+    for (const sim::TrueCell& cell : truth_) ++(cell.occupied ? report_.occupiedCells : report_.freeCells);
     Progress state;
     state.expected = truth_.size();
     for (const std::string& path : options_.truthPaths)
@@ -433,6 +451,16 @@ class Simulation
       };
       if (!writeTruthCsv(truth_, options_.resolution_m, file(path), goOn)) return false;
     }
+    return true;
+  }
+
+  bool writeSurface()
+  {
+    if (options_.surfacePath.empty()) return true;
+    const auto points = sim::surfacePointsOf(world_, options_.resolution_m, options_.shouldStop);
+    if (options_.shouldStop()) return false;
+    report_.surfacePoints = points.size();
+    writePointsCsv(points, file(options_.surfacePath));
     return true;
   }
 
@@ -477,10 +505,13 @@ void printReport(const SimulateReport& report, const SimulateOptions& options, s
 {
   out << options.world << ", seed " << options.seed << ": " << report.scans << " scans of a " << report.sensor
       << " up to " << shortest(report.rangeMax_m) << " m, " << report.returns << " returns, "
-      << report.noReturns << " without\n";
+      << report.noReturns << " without";
+  if (report.lost > 0) out << "; " << report.lost << " got lost";
+  out << "\n";
   if (!options.truthPaths.empty())
-    out << "truth: " << report.freeCells << " free and " << report.solidCells << " solid cells of "
-        << shortest(options.resolution_m) << " m\n";
+    out << "truth of " << options.truthOf << ": " << report.freeCells << " free and " << report.occupiedCells
+        << " occupied cells of " << shortest(options.resolution_m) << " m\n";
+  if (!options.surfacePath.empty()) out << "surface: " << report.surfacePoints << " points\n";
   for (const std::string& path : report.files) out << "  " << path << "\n";
 }
 

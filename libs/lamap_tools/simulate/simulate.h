@@ -19,6 +19,10 @@ struct SimulateOptions
   /// `.rawlog` or `.simplemap`. Beside it come a `.tum` with the true poses and an `.ini` for `lamap build`.
   std::string outPath;
   std::vector<std::string> truthPaths;  ///< each `.csv` or `.bt`; none: no truth is written
+  /// "solids": cells that are wholly solid or open, see sim::truthOf(). "surfaces": cells with a surface and
+  /// open ones, of those that the sensor could see from the log's poses, see sim::surfaceTruthOf().
+  std::string truthOf = "solids";
+  std::string surfacePath;  ///< `.csv` for points on all surfaces, see sim::surfacePointsOf(); empty: none
 
   std::string sensor;                ///< one of sim::sensorNames(); empty: the world's own
   std::optional<int> scans;          ///< ≥ 1; for a sonar sweeps; without it the world's own number
@@ -29,6 +33,7 @@ struct SimulateOptions
   std::string standAt;
 
   sim::NoiseOptions noise;
+  std::string missingAs = "open";  ///< what the log says of a lost return, one of missingAsNames()
   /// Of each movement that the log reports, as a share of its length and turn: adds up along the way. ≥ 0.
   double odometryNoise = 0;
 
@@ -45,8 +50,10 @@ struct SimulateReport
   size_t scans = 0;
   size_t returns = 0;    ///< rays with a return, or echoes
   size_t noReturns = 0;  ///< rays, or pings, without one
+  size_t lost = 0;       ///< returns, or echoes, that got lost
   size_t freeCells = 0;
-  size_t solidCells = 0;
+  size_t occupiedCells = 0;
+  size_t surfacePoints = 0;
   std::vector<std::string> files;  ///< what was written
 };
 

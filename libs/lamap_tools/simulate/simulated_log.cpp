@@ -14,7 +14,10 @@
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <stdexcept>
 #include <string_view>
 #include <type_traits>
 
@@ -81,7 +84,10 @@ void setCone(Range& ranges, float aperture, long)
 class ObservationMaker
 {
  public:
-  explicit ObservationMaker(const LogOptions& options) : sensor_(options.sensor), noise_(options.noise) {}
+  explicit ObservationMaker(const LogOptions& options)
+      : sensor_(options.sensor), noise_(options.noise), missingAs_(options.missingAs)
+  {
+  }
 
   [[nodiscard]] CObservation::Ptr scan(const std::vector<sim::BeamReading>& readings, double height_m) const
   {
@@ -92,7 +98,10 @@ class ObservationMaker
     points->reserve(readings.size());
     for (const sim::BeamReading& reading : readings)
     {
-      const Eigen::Vector3f point = reading.point_sensor.cast<float>();
+      if (reading.lost_m && missingAs_ == MissingAs::Invalid) continue;
+      const Eigen::Vector3d point_sensor =
+          reading.lost_m ? lostPoint(reading.point_sensor) : reading.point_sensor;
+      const Eigen::Vector3f point = point_sensor.cast<float>();
       points->insertPointFast(point.x(), point.y(), point.z());
     }
     cloud->pointcloud = points;
@@ -106,13 +115,46 @@ class ObservationMaker
     const CPose3D headPose(0, 0, 0, head.yaw_rad, head.pitch_rad, 0);
     if (sensor_.echoRanks == 1) return {singleEcho(headPose, echoes)};
     std::vector<CObservation::Ptr> all;
-    if (echoes.empty()) all.push_back(beam(headPose, 1, nullptr));
     for (const sim::Echo& echo : echoes)
-      all.push_back(beam(headPose, static_cast<int>(all.size()) + 1, &echo));
+      if (!echo.lost) all.push_back(beam(headPose, static_cast<int>(all.size()) + 1, &echo));
+    if (all.empty()) all.push_back(beam(headPose, 1, echoes.empty() ? nullptr : &echoes.front()));
     return all;
   }
 
  private:
+  /// What stands for a range.
+  [[nodiscard]] float lostRange(double range_m) const
+  {
+    switch (missingAs_)
+    {
+      case MissingAs::Zero:
+        return 0;
+      case MissingAs::Nan:
+        return std::numeric_limits<float>::quiet_NaN();
+      case MissingAs::Inf:
+        return std::numeric_limits<float>::infinity();
+      case MissingAs::Invalid:
+        return static_cast<float>(range_m);
+      case MissingAs::Open:
+      case MissingAs::Max:
+        break;
+    }
+    return static_cast<float>(sensor_.rangeMax_m);
+  }
+
+  /// What stands for a point. @param open  what would stand there if nothing had returned
+  [[nodiscard]] Eigen::Vector3d lostPoint(const Eigen::Vector3d& open) const
+  {
+    if (missingAs_ == MissingAs::Zero) return Eigen::Vector3d::Zero();
+    if (missingAs_ == MissingAs::Nan)
+      return Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+    if (missingAs_ == MissingAs::Inf)
+      return open.unaryExpr(
+          [](double x) { return x == 0 ? 0.0 : std::copysign(std::numeric_limits<double>::infinity(), x); });
+    if (missingAs_ == MissingAs::Max) return open * (sensor_.rangeMax_m / open.norm());
+    return open;
+  }
+
   [[nodiscard]] CObservation::Ptr planarScan(const std::vector<sim::BeamReading>& readings,
                                              double height_m) const
   {
@@ -126,9 +168,10 @@ class ObservationMaker
     scan->resizeScan(readings.size());
     for (size_t i = 0; i < readings.size(); ++i)
     {
-      const auto& range = readings[i].range_m;
-      scan->setScanRange(i, static_cast<float>(range.value_or(sensor_.rangeMax_m)));
-      scan->setScanRangeValidity(i, range.has_value());
+      const auto& [range_m, lost_m, point] = readings[i];
+      scan->setScanRange(
+          i, lost_m ? lostRange(*lost_m) : static_cast<float>(range_m.value_or(sensor_.rangeMax_m)));
+      scan->setScanRangeValidity(i, range_m.has_value());
     }
     return scan;
   }
@@ -145,9 +188,12 @@ class ObservationMaker
     scan->rightToLeft = true;
     scan->resizeScan(1);
     scan->setScanHasIntensity(true);
-    scan->setScanRange(0, static_cast<float>(echo ? echo->range_m : sensor_.rangeMax_m));
-    scan->setScanRangeValidity(0, echo != nullptr);
-    scan->setScanIntensity(0, echo ? echo->intensity : 0);
+    const bool heard = echo != nullptr && !echo->lost;
+    scan->setScanRange(0, echo == nullptr ? static_cast<float>(sensor_.rangeMax_m)
+                          : echo->lost    ? lostRange(echo->range_m)
+                                          : static_cast<float>(echo->range_m));
+    scan->setScanRangeValidity(0, heard);
+    scan->setScanIntensity(0, heard ? echo->intensity : 0);
     return scan;
   }
 
@@ -161,13 +207,18 @@ class ObservationMaker
     setCone(*ranges, static_cast<float>(sensor_.aperture_rad), 0);
     mrpt::obs::CObservationRange::TMeasurement measurement;
     measurement.sensorPose = headPose.asTPose();
-    measurement.sensedDistance = echoes.empty() ? 0.0F : static_cast<float>(echoes.front().range_m);
+    measurement.sensedDistance = 0;
+    const bool lost = !echoes.empty() && echoes.front().lost;
+    if (lost && missingAs_ == MissingAs::Invalid) return ranges;
+    if (lost && missingAs_ != MissingAs::Open) measurement.sensedDistance = lostRange(0);
+    if (!echoes.empty() && !lost) measurement.sensedDistance = static_cast<float>(echoes.front().range_m);
     ranges->sensedData.push_back(measurement);
     return ranges;
   }
 
   sim::SensorModel sensor_;
   sim::NoiseOptions noise_;
+  MissingAs missingAs_;
 };
 
 /// Common to both kinds of logs: shots become frames with a time.
@@ -320,6 +371,20 @@ class Simplemap : public FramedLog
   mrpt::maps::CSimpleMap map_;
 };
 }  // namespace
+
+const std::vector<std::string>& missingAsNames()
+{
+  static const std::vector<std::string> names{"open", "zero", "nan", "inf", "max", "invalid"};
+  return names;
+}
+
+MissingAs missingAs(const std::string& name)
+{
+  const auto& names = missingAsNames();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) throw std::out_of_range(name + ": no code for a lost return");
+  return static_cast<MissingAs>(found - names.begin());
+}
 
 double timeOfShot(const sim::SensorModel& sensor, size_t shot)
 {

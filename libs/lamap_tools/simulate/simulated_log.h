@@ -11,13 +11,30 @@ namespace lamap::tools
 {
 class FileOutput;
 
-/// How a log reports poses.
+/// What a log says where a return got lost.
+enum class MissingAs
+{
+  Open,    ///< the same as where nothing returns
+  Zero,    ///< range 0; the point (0, 0, 0)
+  Nan,     ///< not a number, in all coordinates of a point
+  Inf,     ///< infinite, in all coordinates of a point in which the beam extends
+  Max,     ///< the maximum range; the point there
+  Invalid  ///< the range, marked invalid; a point, or a CObservationRange's measurement, is left out
+};
+
+/// All names for missingAs(), in the order of the enumeration.
+[[nodiscard]] const std::vector<std::string>& missingAsNames();
+/// @throws std::out_of_range for any other name
+[[nodiscard]] MissingAs missingAs(const std::string& name);
+
+/// How a log reports readings and poses.
 struct LogOptions
 {
   sim::SensorModel sensor;
   sim::NoiseOptions noise;
   double odometryNoise = 0;  ///< share of each movement
   uint64_t seed = 0;         ///< of the odometry's noise
+  MissingAs missingAs = MissingAs::Open;
 };
 
 /// The time of a shot (a scan, or a ping of a sonar), in seconds since 1970.

@@ -20,16 +20,27 @@ bool writeTruthCsv(const std::vector<sim::TrueCell>& cells, double resolution_m,
       file.append(centre[axis]);
       file.append(",");
     }
-    file.append(cell.solid ? "1\n" : "0\n");
+    file.append(cell.occupied ? "1\n" : "0\n");
   }
   return true;
+}
+
+void writePointsCsv(const std::vector<Eigen::Vector3d>& points, FileOutput& file)
+{
+  file.append("x,y,z\n");
+  for (const Eigen::Vector3d& point : points)
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      file.append(point[axis]);
+      file.append(axis < 2 ? "," : "\n");
+    }
 }
 
 void writeTruthOctree(const std::vector<sim::TrueCell>& cells, double resolution_m, const std::string& path)
 {
   std::vector<LabelledCell> labelled;
   labelled.reserve(cells.size());
-  for (const sim::TrueCell& cell : cells) labelled.emplace_back(cell.index, cell.solid);
+  for (const sim::TrueCell& cell : cells) labelled.emplace_back(cell.index, cell.occupied);
   writeOctomapFile(*cellsOf(std::move(labelled), resolution_m), path);
 }
 
