@@ -8,8 +8,8 @@
 
 namespace lamap::tools
 {
-/// A cell is called free if its P(occupied) is below this: of all maps alike, because those with one threshold
-/// only, such as OctoMap's, have no unknown cells and call free what they have seen once.
+/// A cell is called free if its P(occupied) is below this: of all maps alike, because those with one
+/// threshold only, such as OctoMap's, have no unknown cells and call free what they have seen once.
 constexpr double kCalledFreeBelow = 0.3;
 
 /// How often a map calls cells free or occupied whose truth is known.
@@ -28,10 +28,9 @@ struct StateCounts
 
 /** The shape of a map next to the surfaces of a truth: not how sure it is, but where it has its cells.
  *
- * Called occupied are the cells to which the map itself gives this state, called free those with a P(occupied)
- * below kCalledFreeBelow. Surface cells are the truth's
- * occupied ones, so that the figures mean what they say for a truth of surfaces. What is undefined is
- * nothing. */
+ * Called occupied are the cells to which the map itself gives this state, called free those with a
+ * P(occupied) below kCalledFreeBelow. Surface cells are the truth's occupied ones, so that the figures mean
+ * what they say for a truth of surfaces. What is undefined is nothing. */
 struct MapGeometry
 {
   uint64_t occupiedCells = 0;  ///< that the map has, seen by the truth or not
