@@ -11,10 +11,7 @@ set(LAMAP_PUBLIC_HEADERS
   lamap_core/features/feature_options.h
   lamap_core/features/lattice.h
   lamap_core/features/logodds.h
-  lamap_core/features/nystroem.h
-  lamap_core/features/nystroem_rows.h
   lamap_core/features/packed_sites.h
-  lamap_core/features/rows.h
   lamap_core/features/site_set.h
   lamap_core/gp/map.h
   lamap_core/gp/options.h
@@ -24,17 +21,14 @@ set(LAMAP_PUBLIC_HEADERS
   lamap_core/grid/cell_sums.h
   lamap_core/grid/evidence.h
   lamap_core/grid/evidence_block.h
-  lamap_core/grid/evidence_change.h
   lamap_core/grid/evidence_map.h
   lamap_core/grid/octant_rule.h
+  lamap_core/grid/reading.h
   lamap_core/grid/scan_blocks.h
   lamap_core/grid/state_thresholds.h
   lamap_core/hilbert/map.h
   lamap_core/hilbert/options.h
   lamap_core/hilbert/state.h
-  lamap_core/learning/lbfgs.h
-  lamap_core/learning/logistic_problem.h
-  lamap_core/learning/solver.h
   lamap_core/learning/solver_options.h
   lamap_core/math/workers.h
   lamap_core/options/legal_range.h
@@ -44,19 +38,14 @@ set(LAMAP_PUBLIC_HEADERS
   lamap_core/overlapping/model.h
   lamap_core/overlapping/model_index.h
   lamap_core/overlapping/model_scan.h
-  lamap_core/overlapping/model_trainer.h
   lamap_core/overlapping/options.h
   lamap_core/overlapping/reading.h
   lamap_core/scan/depth_view.h
-  lamap_core/scan/lattice_frame.h
-  lamap_core/scan/range_options.h
   lamap_core/scan/ray_selection.h
   lamap_core/scan/scan.h
-  lamap_core/scan/scan_frame.h
-  lamap_core/training/hilbert_training.h
-  lamap_core/training/sampler.h
+  lamap_core/training/hilbert_sampling.h
+  lamap_core/training/sampling_options.h
   lamap_core/training/sampling_rules.h
-  lamap_core/training/training_set.h
   lamap_mrpt/compat/mrpt_compat.h
   lamap_mrpt/files/byte_stream.h
   lamap_mrpt/learned_map/CLearnedMap.h
@@ -72,11 +61,11 @@ set(LAMAP_PUBLIC_HEADERS
 
 # What these headers declare and do not define, in namespace lamap: classes of the core with all their members, …
 set(LAMAP_PUBLIC_CORE_CLASSES
-  Scan EvidenceMap*
+  Scan RangeOptions SamplingOptions EvidenceMap*
   BgkStructure BgkInference BgkReading BgkMap
   GpStructure GpInference GpReading GpMap
   HilbertStructure HilbertInference HilbertUncertainty HilbertMap
-  OverlappingStructure OverlappingInference OverlappingReading OverlappingHilbertMap
+  OverlappingStructure OverlappingInference OverlappingReading OverlappingHilbertMap ModelPose
   OptionTable
 )
 # … MRPT's classes, also with what their type information and inherited constructors need, …

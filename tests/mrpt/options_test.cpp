@@ -514,9 +514,9 @@ std::string contentOf(const CBGKMap& map)
     out << cell[0] << " " << cell[1] << " " << cell[2] << " " << estimate.prob << " " << *estimate.variance
         << " " << static_cast<int>(estimate.state) << " " << estimate.evidence[0] << " "
         << estimate.evidence[1] << "\n";
-  for (const auto& block : map.core().grid().sortedBlocks())
-    out << block.x << " " << block.y << " " << block.z << " " << map.core().grid().find(block)->words().size()
-        << "\n";
+  for (const auto& block : map.core().evidence().sortedBlocks())
+    out << block.x << " " << block.y << " " << block.z << " "
+        << map.core().evidence().find(block)->words().size() << "\n";
   return out.str();
 }
 

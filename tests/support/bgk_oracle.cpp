@@ -422,7 +422,7 @@ struct Comparer
     }
     const CellIndex index{static_cast<int32_t>(cell[0]), static_cast<int32_t>(cell[1]),
                           static_cast<int32_t>(cell[2])};
-    const CellSums evidence = map.grid().at(index);
+    const CellSums evidence = map.evidence().at(index);
     const double occupied = static_cast<double>(evidence.first) * kEvidenceUnit;
     const double free = static_cast<double>(evidence.second) * kEvidenceUnit;
     compareCount(cell, "occupied evidence", oracle.occupied, evidence.first, occupied, oracle.occupiedReach);

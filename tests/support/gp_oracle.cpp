@@ -245,7 +245,7 @@ std::string differenceFromOracle(const GpMap& map, const std::vector<Scan>& scan
   const double tolerance = 1e-6 * static_cast<double>(scans.size());
   for (const auto& [cell, sums] : expected)
   {
-    const CellSums evidence = map.grid().at(
+    const CellSums evidence = map.evidence().at(
         {static_cast<int32_t>(cell[0]), static_cast<int32_t>(cell[1]), static_cast<int32_t>(cell[2])});
     there += evidence.any() ? 1 : 0;
     if (sums.undecided) continue;
@@ -269,7 +269,7 @@ std::string differenceFromOracle(const GpMap& map, const std::vector<Scan>& scan
          << static_cast<double>(sums.weighted);
     return text.str();
   }
-  const size_t count = cellsOf(map.grid()).size();
+  const size_t count = cellsOf(map.evidence()).size();
   if (count != there) text << count - there << " cells are there that nothing reaches";
   return text.str();
 }

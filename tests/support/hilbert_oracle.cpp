@@ -13,8 +13,9 @@ double oracleCompactKernel(const Eigen::Vector3d& d, double gamma, double cutoff
   return std::max(0.0, std::exp(-gamma * d.squaredNorm()) - cutoff);
 }
 
-HilbertTrainingSet trainingSetOf(const Scan& scan, const RangeLimits& limits, const HilbertSampling& sampling,
-                                 const HilbertFrame& frame, RayCounts* counts)
+HilbertTrainingSet trainingSetOf(const Scan& scan, const RangeOptions& limits,
+                                 const HilbertSampling& sampling, const HilbertFrame& frame,
+                                 RayCounts* counts)
 {
   Sampler sampler;
   const TrainingSet& taught = sampler.sample(selectRays(scan, limits), sampling.rules(), frame.cells, {}, 1);

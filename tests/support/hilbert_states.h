@@ -1,6 +1,7 @@
 #pragma once
 
 #include <lamap_core/hilbert/map.h>
+#include <lamap_core/hilbert/state.h>
 #include <support/seeded_scans.h>
 
 #include <cstring>

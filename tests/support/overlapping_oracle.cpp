@@ -97,7 +97,7 @@ void OverlappingOracle::addModel(const HilbertModel& model, const std::vector<Sc
       if (!sensor.rays.empty()) own.sensors.push_back(sensor);
       moved.fans.push_back(movedFan);
     }
-    RangeLimits none;
+    RangeOptions none;
     const HilbertTrainingSet set = trainingSetOf(moved, none, inference_, frame);
     points.insert(points.end(), set.points.begin(), set.points.end());
   }

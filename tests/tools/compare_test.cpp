@@ -97,7 +97,7 @@ TEST_F(Compare, MapsAreThoseThatTheConfigurationCountsAndElseTheUsualFour)
   ASSERT_EQ(counted.maps.size(), 2U);
   EXPECT_EQ(counted.maps[0].cells->resolution(), 0.2);
   EXPECT_EQ(counted.maps[1].cells->resolution(), 0.25);
-  EXPECT_EQ(dynamic_cast<const CLearnedMap&>(*counted.maps[0].map).rangeLimits().max_m, 5);
+  EXPECT_EQ(dynamic_cast<const CLearnedMap&>(*counted.maps[0].map).rangeLimits().maxRange, 5);
   ASSERT_EQ(counted.notes.size(), 1U) << "cells of two sizes";
   EXPECT_NE(counted.notes[0].find("different sizes"), std::string::npos);
   options_.configPath.clear();

@@ -3,6 +3,7 @@
 #include <lamap_core/bgk/options.h>
 #include <lamap_core/bgk/reading.h>
 #include <lamap_core/grid/evidence_map.h>
+#include <lamap_core/math/workers.h>
 #include <lamap_core/scan/ray_selection.h>
 #include <lamap_core/scan/scan.h>
 
@@ -42,10 +43,7 @@ class BgkMap : public EvidenceMap<BgkReading>
 
   /** Adds all evidence of another map, as if its scans had been inserted here.
    * @throws std::invalid_argument if its structure (the prior and pruning apart) differs. */
-  void merge(const BgkMap& other, const StateThresholds& thresholds)
-  {
-    EvidenceMap::merge(other, thresholds);
-  }
+  using EvidenceMap::merge;
 
   /** Makes another map the prior: α₀ and β₀ of a cell that has evidence there are its α and β
    * (thesis 4.2.1, 5.1).

@@ -44,7 +44,7 @@ const OptionTable& BgkInference::optionTable()
         .add("kernelScale", &Self::kernelScale, plain().above(0).to(1e3), "evidence at distance zero")
         .onlyWhere({"freeResolution", "freeDownsampling"}, {{"freeSpace", {"samples"}}})
         .onlyWhere({"freeMargin", "freeWeight", "protectHits"}, {{"freeSpace", {"samples", "line"}}});
-    addRangeOptions(all);
+    all.include<RangeOptions>();
     addThresholdOptions(all);
     return addVarianceThresholdOption(all, 1);
   }();
@@ -77,23 +77,9 @@ bool operator==(const BgkInference& a, const BgkInference& b)
 
 SamplingRules BgkInference::samplingRules() const
 {
-  SamplingRules rules;
-  rules.freeSpace = freeSpace;
-  rules.points = trainingPoints;
-  rules.freeResolution = *freeResolution;
-  rules.freeMargin = *freeMargin;
-  rules.freeDownsampling = freeDownsampling;
-  rules.hitDownsampling = *hitDownsampling;
-  rules.protectHits = protectHits;
+  SamplingRules rules = rulesWith(freeSpace);
   rules.freeWeight = freeWeight;
   return rules;
-}
-
-RangeLimits BgkInference::rangeLimits() const
-{
-  RangeLimits limits = RangeOptions::rangeLimits();
-  limits.noReturnIsFree = limits.noReturnIsFree && freeSpace != FreeSpace::None;
-  return limits;
 }
 
 BgkOptions presetOptions(BgkPreset preset)
@@ -101,20 +87,14 @@ BgkOptions presetOptions(BgkPreset preset)
   BgkOptions options;
   if (preset == BgkPreset::Default) return options;
 
-  // What the thesis (section 4.3) and LA3DM have in common.
   options.structure.blockDepth = 3;
   options.structure.pruning = preset == BgkPreset::Thesis ? Pruning::State : Pruning::None;
   options.structure.priorAlpha = 0.001;
   options.structure.priorBeta = 0.001;
   BgkInference& inference = options.inference;
-  inference.trainingPoints = TrainingPoints::Centroids;
-  inference.freeSpace = FreeSpace::Samples;
+  inference.setAsInThesis();
   inference.freeResolution = 0.5;
-  inference.hitDownsampling = 0.1;
-  inference.freeMargin = 0.0;
   inference.freeWeight = 1.0;
-  inference.protectHits = 0;
-  inference.considerInvalidRangesAsFreeSpace = false;
   if (preset == BgkPreset::Thesis)
   {
     inference.kernelSupport = 0.3;

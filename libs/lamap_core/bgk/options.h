@@ -3,10 +3,8 @@
 #include <lamap_core/bgk/kernel.h>
 #include <lamap_core/grid/cell_options.h>
 #include <lamap_core/grid/state_thresholds.h>
-#include <lamap_core/scan/range_options.h>
-#include <lamap_core/training/sampling_rules.h>
+#include <lamap_core/training/sampling_options.h>
 
-#include <cstdint>
 #include <optional>
 
 namespace lamap
@@ -29,18 +27,10 @@ struct BgkStructure : public BlockOptions
 };
 
 /** How scans become evidence. Lengths are in metres; those left empty are given in cells: see resolved(). */
-struct BgkInference : public RangeOptions
+struct BgkInference : public SamplingOptions
 {
   FreeSpace freeSpace = FreeSpace::Samples;
-  TrainingPoints trainingPoints = TrainingPoints::Cells;
-  std::optional<double> freeResolution;  ///< distance between free points on a ray; empty: one cell
-  std::optional<double> freeMargin;      ///< no free point nearer to its ray's hit; empty: one cell
-  double freeWeight = 0.5;               ///< weight of free evidence [-], ≥ 0
-  double freeDownsampling = 0.0;  ///< `Centroids`: voxel edge in which free points are averaged; 0: none
-  std::optional<double>
-      hitDownsampling;  ///< `Centroids`: voxel edge in which hits are averaged; empty: one cell; 0: none
-  uint32_t protectHits =
-      2;  ///< a cell with so many raw hits in a scan takes no free evidence from it; 0: none is protected
+  double freeWeight = 0.5;  ///< weight of free evidence [-], ≥ 0
   KernelShape kernel = KernelShape::Sparse;
   std::optional<double> kernelSupport;  ///< l; empty: two cells
   double kernelScale = 1.0;             ///< σ₀ [-], > 0
@@ -51,7 +41,7 @@ struct BgkInference : public RangeOptions
 
   /// What decides the training points. Only of resolved options.
   [[nodiscard]] SamplingRules samplingRules() const;
-  [[nodiscard]] RangeLimits rangeLimits() const;
+  [[nodiscard]] RangeOptions rangeLimits() const { return limitsWith(freeSpace); }
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate(double resolution_m) const;

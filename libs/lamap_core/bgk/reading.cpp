@@ -33,11 +33,6 @@ CellState bgkState(double mean, double variance, const StateThresholds& threshol
   return stateOf(mean, thresholds);
 }
 
-BgkReading::BgkReading(const BgkStructure& structure) : structure_(structure)
-{
-  structure_.validate();
-}
-
 CellEstimate BgkReading::read(const CellIndex& cell, const CellSums& sums,
                               const StateThresholds& thresholds) const
 {
@@ -50,12 +45,6 @@ CellEstimate BgkReading::read(const CellIndex& cell, const CellSums& sums,
   estimate.state = bgkState(estimate.prob, *estimate.variance, thresholds);
   estimate.evidence = {alpha, beta};
   return estimate;
-}
-
-bool BgkReading::mean(const CellSums* cells, uint32_t count, CellSums& mean) const
-{
-  mean = meanSums(kKind, cells, count);
-  return true;
 }
 
 void BgkReading::requireAddable(const BgkReading& other) const

@@ -1,8 +1,7 @@
 #pragma once
 
 #include <lamap_core/bgk/options.h>
-#include <lamap_core/grid/cell.h>
-#include <lamap_core/grid/cell_sums.h>
+#include <lamap_core/grid/reading.h>
 
 #include <array>
 #include <functional>
@@ -14,19 +13,13 @@ class BgkMap;
 
 /** How a BGK map reads the two sums of a cell: ȳ and k̄ − ȳ over all scans (thesis eq. 4.5, 4.6), to which α₀
  * and β₀ are added. A Reading as EvidenceMap wants it. */
-class BgkReading
+class BgkReading : public ReadingOf<BgkStructure, SumKind::Counts>
 {
  public:
-  using Structure = BgkStructure;
-  static constexpr SumKind kKind = SumKind::Counts;
+  using ReadingOf::ReadingOf;
 
-  /// @throws std::invalid_argument as BgkStructure::validate().
-  explicit BgkReading(const BgkStructure& structure);
-
-  [[nodiscard]] const BgkStructure& structure() const { return structure_; }
   [[nodiscard]] CellEstimate read(const CellIndex& cell, const CellSums& sums,
                                   const StateThresholds& thresholds) const;
-  [[nodiscard]] bool mean(const CellSums* cells, uint32_t count, CellSums& mean) const;
   /// Priors and pruning may differ.
   void requireAddable(const BgkReading& other) const;
 
@@ -39,7 +32,6 @@ class BgkReading
   [[nodiscard]] std::array<double, 2> priorOf(const CellIndex& cell) const;
 
  private:
-  BgkStructure structure_;
   std::shared_ptr<const BgkMap> priorMap_;
 };
 

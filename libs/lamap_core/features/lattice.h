@@ -28,7 +28,6 @@ struct SiteBox
   {
     return rowNumber(y, z) * static_cast<size_t>(stride);
   }
-  [[nodiscard]] bool hasSite(int32_t y, int32_t z) const { return rowHasSite[rowNumber(y, z)] != 0; }
   [[nodiscard]] size_t rowNumber(int32_t y, int32_t z) const
   {
     return static_cast<size_t>((z - low.z) * counts[1] + (y - low.y));

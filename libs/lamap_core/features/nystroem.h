@@ -45,10 +45,10 @@ class NystroemFeatures
   [[nodiscard]] double gamma() const { return gamma_; }
   [[nodiscard]] const std::vector<Eigen::Vector3d>& inducing() const { return inducing_; }
 
-  /** Features of the training points, one run a point, and after them the bias.
-   * Weight j is that of component j; the bias is the last but those that fill up the run. */
+  /** Features of the training points, one run per point, followed by the bias.
+   * Weight j is that of component j; the bias comes after them, followed only by padding. */
   void rowsOf(const HilbertTrainingSet& set, FeatureRows& rows, const Workers& workers) const;
-  /// How many weights rowsOf() has, filling included; the bias is number components().
+  /// How many weights rowsOf() has, padding included; the bias is number components().
   [[nodiscard]] size_t weightCount() const { return (components() + 4) / 4 * 4; }
 
   /// A classifier as a sum of kernels: f(x) = Σ folded[k]·k(x, x̂ₖ) + bias.

@@ -3,6 +3,7 @@
 #include <lamap_core/gp/options.h>
 #include <lamap_core/gp/reading.h>
 #include <lamap_core/grid/evidence_map.h>
+#include <lamap_core/math/workers.h>
 #include <lamap_core/scan/ray_selection.h>
 #include <lamap_core/scan/scan.h>
 
@@ -42,7 +43,7 @@ class GpMap : public EvidenceMap<GpReading>
 
   /** Adds all evidence of another map, as if its scans had been inserted here.
    * @throws std::invalid_argument if its structure (pruning apart) differs. */
-  void merge(const GpMap& other, const StateThresholds& thresholds) { EvidenceMap::merge(other, thresholds); }
+  using EvidenceMap::merge;
 
   /** Adds to a cell what a GP with one training point, at the cell's centre, says there.
    * @throws std::overflow_error as insert(). */

@@ -52,7 +52,7 @@ const OptionTable& GpInference::optionTable()
              "most training points of one GP; more are split, and the parts fused")
         .onlyWhere({"freeResolution", "freeMargin", "freeDownsampling", "protectHits"},
                    {{"freeSpace", {"samples"}}});
-    addRangeOptions(all);
+    all.include<RangeOptions>();
     addThresholdOptions(all);
     return addVarianceThresholdOption(all, 1e3).onlyWhere({"varianceThreshold"}, {{"fusion", {"bcm"}}});
   }();
@@ -90,26 +90,6 @@ bool operator==(const GpInference& a, const GpInference& b)
   return sameOptions(a, b);
 }
 
-SamplingRules GpInference::samplingRules() const
-{
-  SamplingRules rules;
-  rules.freeSpace = freeSpace == GpFreeSpace::Samples ? FreeSpace::Samples : FreeSpace::None;
-  rules.points = trainingPoints;
-  rules.freeResolution = *freeResolution;
-  rules.freeMargin = *freeMargin;
-  rules.freeDownsampling = freeDownsampling;
-  rules.hitDownsampling = *hitDownsampling;
-  rules.protectHits = protectHits;
-  return rules;
-}
-
-RangeLimits GpInference::rangeLimits() const
-{
-  RangeLimits limits = RangeOptions::rangeLimits();
-  limits.noReturnIsFree = limits.noReturnIsFree && freeSpace != GpFreeSpace::None;
-  return limits;
-}
-
 GpOptions presetOptions(GpPreset preset)
 {
   GpOptions options;
@@ -124,15 +104,11 @@ GpOptions presetOptions(GpPreset preset)
   options.structure.minVariance = 0.001;
   GpInference& inference = options.inference;
   inference.nested = true;
-  inference.trainingPoints = TrainingPoints::Centroids;
+  inference.setAsInThesis();
   inference.freeResolution = preset == GpPreset::Thesis ? 0.5 : 0.3;
   inference.freeDownsampling = 0.1;
-  inference.hitDownsampling = 0.1;
-  inference.freeMargin = 0.0;
-  inference.protectHits = 0;
   inference.kernelSupport = 0.4;  // a block of 4 cells of 0.1 m and its neighbours
   inference.lengthScale = 1.0;
-  inference.considerInvalidRangesAsFreeSpace = false;
   inference.thresholds.variance = 0.02;
   return options;
 }

@@ -2,8 +2,7 @@
 
 #include <lamap_core/grid/cell_options.h>
 #include <lamap_core/grid/state_thresholds.h>
-#include <lamap_core/scan/range_options.h>
-#include <lamap_core/training/sampling_rules.h>
+#include <lamap_core/training/sampling_options.h>
 
 #include <cstdint>
 #include <optional>
@@ -53,19 +52,12 @@ struct GpStructure : public BlockOptions
 };
 
 /** How scans become evidence. Lengths are in metres; those left empty are given in cells: see resolved(). */
-struct GpInference : public RangeOptions
+struct GpInference : public SamplingOptions
 {
   /// A GP for each block that holds training points, and those around a block fused (nested BCM, thesis table
   /// 4.1); else one for each block, trained on everything within the support.
   bool nested = false;
   GpFreeSpace freeSpace = GpFreeSpace::Samples;
-  TrainingPoints trainingPoints = TrainingPoints::Cells;
-  std::optional<double> freeResolution;  ///< distance between free points on a ray; empty: two cells
-  std::optional<double> freeMargin;      ///< no free point nearer to its ray's hit; empty: one cell
-  double freeDownsampling = 0.0;  ///< `Centroids`: voxel edge in which free points are averaged; 0: none
-  std::optional<double> hitDownsampling;  ///< `Centroids`: voxel edge for hits; empty: one cell; 0: none
-  uint32_t protectHits =
-      2;  ///< no free point in a cell with so many raw hits of the scan; 0: none is protected
   std::optional<double> kernelSupport;  ///< a GP is silent so far from all its data; empty: two cells
   double lengthScale = 1.0;             ///< l of eq. (2.24) [m], > 0
   uint32_t maxPoints = 512;             ///< of one GP; more are split, and the parts fused; 1 to 4096
@@ -75,9 +67,8 @@ struct GpInference : public RangeOptions
   [[nodiscard]] GpInference resolved(double resolution_m) const;
 
   /// What decides the training points. Only of resolved options.
-  [[nodiscard]] SamplingRules samplingRules() const;
-  /// Without free space, rays without a return say nothing.
-  [[nodiscard]] RangeLimits rangeLimits() const;
+  [[nodiscard]] SamplingRules samplingRules() const { return rulesWith(whereFree()); }
+  [[nodiscard]] RangeOptions rangeLimits() const { return limitsWith(whereFree()); }
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate(double resolution_m) const;
@@ -86,6 +77,12 @@ struct GpInference : public RangeOptions
   [[nodiscard]] static const OptionTable& optionTable();
 
   friend bool operator==(const GpInference& a, const GpInference& b);
+
+ private:
+  [[nodiscard]] FreeSpace whereFree() const
+  {
+    return freeSpace == GpFreeSpace::Samples ? FreeSpace::Samples : FreeSpace::None;
+  }
 };
 
 /// Named sets of both kinds of options.

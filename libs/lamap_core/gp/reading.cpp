@@ -3,7 +3,6 @@
 #include <lamap_core/math/portable_math.h>
 
 #include <algorithm>
-#include <stdexcept>
 
 namespace lamap
 {
@@ -15,9 +14,8 @@ double sumOf(uint64_t code)
 }
 }  // namespace
 
-GpReading::GpReading(const GpStructure& structure) : structure_(structure)
+GpReading::GpReading(const GpStructure& structure) : ReadingOf(structure)
 {
-  structure_.validate();
   structure_.minVariance = structure_.resolvedMinVariance();
 }
 
@@ -41,20 +39,6 @@ CellEstimate GpReading::read(const CellIndex& /*cell*/, const CellSums& sums,
   if (!(thresholds.variance > 0) || *cell.variance < thresholds.variance)
     cell.state = stateOf(cell.prob, thresholds);
   return cell;
-}
-
-bool GpReading::mean(const CellSums* cells, uint32_t count, CellSums& mean) const
-{
-  mean = meanSums(kKind, cells, count);
-  return true;
-}
-
-void GpReading::requireAddable(const GpReading& other) const
-{
-  GpStructure theirs = other.structure_;
-  theirs.pruning = structure_.pruning;
-  if (!(theirs == structure_))
-    throw std::invalid_argument("the other map was made with other creation options than this one");
 }
 
 SignedSums GpReading::sumsOf(const GpStructure& structure, double precision, double weighted)

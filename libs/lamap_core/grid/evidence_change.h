@@ -8,11 +8,10 @@
 
 namespace lamap
 {
-/** A change of evidence that is prepared beside it: what may fail, fails before anything is changed.
+/** A change of evidence that is staged separately: anything that can fail fails before the evidence changes.
  *
- * Blocks are prepared by several threads; their number changes no bit. A change that goes
- * without commit() leaves the evidence as it was. The evidence must stay where it is, and nobody may read or
- * change it in the meantime. */
+ * Several threads prepare the blocks; their number changes no bit. A change that is destroyed without
+ * commit() leaves the evidence as it was. Until then the evidence must not be moved, read or changed. */
 class EvidenceChange
 {
  public:
@@ -22,7 +21,7 @@ class EvidenceChange
                                                const Workers& workers);
   [[nodiscard]] static EvidenceChange addition(Evidence& to, const Evidence& added,
                                                const RuleForBlock& ruleFor, const Workers& workers);
-  /// Puts the blocks of other evidence in the place of those named. @param by holds none but these
+  /// Replaces the named blocks by those of other evidence. @param by holds no other blocks
   [[nodiscard]] static EvidenceChange replacement(Evidence& of, const std::vector<BlockIndex>& blocks,
                                                   Evidence&& by);
 
@@ -33,17 +32,17 @@ class EvidenceChange
   void commit() noexcept;
 
  private:
-  /// What becomes of one block.
+  /// The change of one block.
   struct Item
   {
     explicit Item(const BlockIndex& place) : index(place) {}
 
     BlockIndex index;
     const EvidenceBlock* added = nullptr;
-    EvidenceBlock* mine = nullptr;    ///< the added block, where it may be taken
-    EvidenceBlock* target = nullptr;  ///< null: there is none yet
+    EvidenceBlock* mine = nullptr;    ///< the added block, if it may be moved from
+    EvidenceBlock* target = nullptr;  ///< null: the block does not exist yet
     EvidenceBlock replacement;
-    bool isNew = false;  ///< the target is an empty block that was made to be replaced
+    bool isNew = false;  ///< the target is an empty block made for this change
   };
 
   explicit EvidenceChange(Evidence& of) : evidence_(&of) {}
@@ -53,7 +52,7 @@ class EvidenceChange
 
   Evidence* evidence_;
   std::vector<Item> items_;
-  std::vector<BlockIndex> gone_;  ///< blocks that will not be there any more
+  std::vector<BlockIndex> gone_;  ///< blocks to be erased
 };
 
 }  // namespace lamap

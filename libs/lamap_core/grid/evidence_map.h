@@ -2,7 +2,6 @@
 
 #include <lamap_core/grid/cell.h>
 #include <lamap_core/grid/evidence.h>
-#include <lamap_core/grid/evidence_change.h>
 #include <lamap_core/grid/octant_rule.h>
 #include <lamap_core/grid/state_thresholds.h>
 
@@ -13,13 +12,7 @@
 
 namespace lamap
 {
-/// For a Reading without a map as its prior.
-struct NoPriorMap
-{
-  [[nodiscard]] bool hasPriorMap() const { return false; }
-  [[nodiscard]] bool priorKnows(const CellIndex&) const { return false; }
-  void visitPriorCells(const std::function<void(const CellIndex&)>&) const {}
-};
+class Workers;
 
 /** Evidence in a map: look-up, reading, pruning, merging and writing of cells, for all learners.
  *
@@ -32,7 +25,9 @@ struct NoPriorMap
  *   read(cell, sums, thresholds)   CellEstimate of a cell
  *   mean(cells, count, mean)  mean sums of cells in one state; false where they have none
  *   requireAddable(other)     throws std::invalid_argument unless evidence of the other means the same
- *   hasPriorMap(), priorKnows(cell), visitPriorCells(visit): see NoPriorMap
+ *   hasPriorMap(), priorKnows(cell), visitPriorCells(visit): of a map as the prior
+ *
+ * ReadingOf gives all but read().
  *
  * Invariants: cells without evidence read as nothing, or as the prior map says; pruning changes no state; an
  * addition that throws changes nothing.
@@ -56,7 +51,7 @@ class EvidenceMap
   void clear() { evidence_.clear(); }
   [[nodiscard]] bool empty() const { return evidence_.blockCount() == 0; }
 
-  /// What a cell says; nothing where neither this map nor a prior map has evidence.
+  /// Estimate of a cell; nothing where neither this map nor a prior map has evidence.
   [[nodiscard]] std::optional<CellEstimate> cell(const CellIndex& index,
                                                  const StateThresholds& thresholds) const;
   /// The same for the cell at a point [m]. In a planar map the height of the point does not matter.
@@ -66,15 +61,15 @@ class EvidenceMap
   using CellVisitor = std::function<void(const CellIndex&, const CellEstimate&)>;
   /// Each finest cell that has evidence here or in a prior map, once, in no promised order.
   void visitCells(const StateThresholds& thresholds, const CellVisitor& visitor) const;
-  /// The least and the greatest index of these cells along each axis.
+  /// The smallest and the largest index of these cells along each axis.
   [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> extent() const;
 
-  /// Of the evidence.
+  /// Bytes of the evidence.
   [[nodiscard]] size_t memoryBytes() const { return evidence_.memoryBytes(); }
 
   /// The evidence itself, for files and statistics.
-  [[nodiscard]] const Evidence& grid() const { return evidence_; }
-  [[nodiscard]] Evidence& grid() { return evidence_; }
+  [[nodiscard]] const Evidence& evidence() const { return evidence_; }
+  [[nodiscard]] Evidence& evidence() { return evidence_; }
 
  protected:
   explicit EvidenceMap(const Structure& structure);
@@ -88,11 +83,11 @@ class EvidenceMap
   [[nodiscard]] const Reading& reading() const { return reading_; }
   [[nodiscard]] RuleForBlock ruleFor(const StateThresholds& thresholds) const;
 
-  /// Adds what a scan says. @throws std::overflow_error, with nothing changed: see addSums().
+  /// Adds the evidence of a scan. @throws std::overflow_error, with nothing changed: see addSums().
   void add(Evidence&& said, const StateThresholds& thresholds, const Workers& workers);
-  /// Adds what another map holds. @throws as add(), and as Reading::requireAddable()
+  /// Adds the evidence of another map. @throws as add(), and as Reading::requireAddable()
   void merge(const EvidenceMap& other, const StateThresholds& thresholds);
-  /// The evidence of one cell. In a planar map its height does not matter.
+  /// Evidence that holds one cell alone. In a planar map its height does not matter.
   [[nodiscard]] Evidence evidenceOf(const CellIndex& index, const CellSums& sums) const;
 
  private:

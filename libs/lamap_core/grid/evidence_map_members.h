@@ -2,6 +2,7 @@
 
 // Members of EvidenceMap, for the source that instantiates it for its learner.
 
+#include <lamap_core/grid/evidence_change.h>
 #include <lamap_core/grid/evidence_map.h>
 
 #include <algorithm>

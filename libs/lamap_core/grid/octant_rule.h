@@ -7,15 +7,15 @@
 
 namespace lamap
 {
-/// How a block holds cells that agree (test-data octrees, thesis 4.2.3).
+/// When the cells of an octant are stored once (test-data octrees, thesis 4.2.3).
 enum class Pruning
 {
-  None,      ///< each cell by itself
-  Lossless,  ///< cells of an octant are held once where their evidence is equal
-  State  ///< cells of an octant are held once, with their mean evidence, where their state is equal (thesis)
+  None,      ///< never: each cell is stored by itself
+  Lossless,  ///< where their evidence is equal
+  State      ///< where their state is equal; the octant stores their mean evidence (thesis)
 };
 
-/// How octants of one block of the map are held once.
+/// How the octants of one block of the map are merged.
 struct OctantRule
 {
   Pruning pruning = Pruning::None;
@@ -23,12 +23,12 @@ struct OctantRule
 };
 using RuleForBlock = std::function<OctantRule(const BlockIndex& block)>;
 
-/// Pruning::Lossless: an octant is held once where its cells' evidence is equal.
+/// Pruning::Lossless: merges an octant whose cells have equal evidence.
 [[nodiscard]] bool mergeEqual(const DenseBlock& block, uint32_t first, uint32_t count, CellSums& merged);
 
-/** Pruning::State: an octant whose cells have one state is held with its mean evidence, if that changes no
+/** Pruning::State: merges an octant whose cells have one state into their mean evidence, if that changes no
  * cell's state.
- * @param meanOf(cells, count, merged) sets the mean evidence of cells, or returns false where there is none
+ * @param meanOf(cells, count, merged) sets the mean evidence of cells; false if there is none
  * @param stateOf(offset, sums) of a cell that has this evidence */
 template <typename MeanOf, typename StateOf>
 bool mergeSameState(const DenseBlock& block, uint32_t first, uint32_t count, CellSums& merged,

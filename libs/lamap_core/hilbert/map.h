@@ -4,7 +4,6 @@
 #include <lamap_core/features/logodds.h>
 #include <lamap_core/grid/cell.h>
 #include <lamap_core/hilbert/options.h>
-#include <lamap_core/hilbert/state.h>
 #include <lamap_core/scan/ray_selection.h>
 #include <lamap_core/scan/scan.h>
 
@@ -18,6 +17,7 @@
 namespace lamap
 {
 class MapModel;
+struct HilbertState;
 struct PointAtSite;
 
 /** A Hilbert map with one model (thesis 2.4): logistic regression on features of place, P = 1/(1 + e^−f).

@@ -39,10 +39,10 @@ const OptionTable& HilbertInference::optionTable()
   {
     OptionTableOf<Self> all("insertOpts");
     addSamplingOptions(all);
-    addRangeOptions(all).add(
+    all.include<RangeOptions>().add(
         "solver", &Self::solver, oneOf({"lbfgs", "sgdL1", "sgdL2"}),
         "algorithm that minimizes the loss; automatic: sgdL1 where training is sgd, otherwise lbfgs");
-    addSolverOptions<DescentOptions>(all);
+    addSolverOptions(all);
     addUncertaintyOptions(all);
     return addThresholdOptions(all);
   }();

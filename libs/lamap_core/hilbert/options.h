@@ -4,8 +4,8 @@
 #include <lamap_core/grid/cell_options.h>
 #include <lamap_core/grid/state_thresholds.h>
 #include <lamap_core/learning/solver_options.h>
-#include <lamap_core/scan/range_options.h>
-#include <lamap_core/training/hilbert_training.h>
+#include <lamap_core/scan/ray_selection.h>
+#include <lamap_core/training/hilbert_sampling.h>
 
 #include <cstdint>
 #include <optional>

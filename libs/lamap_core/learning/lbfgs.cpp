@@ -68,6 +68,12 @@ void add(float factor, const std::vector<float>& x, std::vector<float>& y)
   for (size_t i = 0; i < y.size(); ++i) y[i] += factor * x[i];
 }
 
+/// The prior's part of the gradient, Λ(u − μ), is added to g.
+void addPriorGradient(const LogisticProblem& problem, const std::vector<float>& u, std::vector<float>& g)
+{
+  for (size_t j = 0; j < u.size(); ++j) g[j] += problem.precision[j] * (u[j] - problem.mean[j]);
+}
+
 }  // namespace
 
 void Lbfgs::residualsOf(const LogisticProblem& problem)
@@ -89,12 +95,11 @@ void Lbfgs::finalCurvature(const LogisticProblem& problem, std::vector<float>& d
 void Lbfgs::chooseDirection(size_t pairs, size_t newest)
 {
   // The two loops of Nocedal (1980), with the preconditioner as the first guess of the inverse Hessian.
-  const size_t memory = pairs_.size();
   std::vector<double> factors(pairs);
   direction_ = gradient_;
   for (size_t k = 0; k < pairs; ++k)
   {
-    const Pair& pair = pairs_[(newest + memory - k) % memory];
+    const Pair& pair = pairs_[(newest + kMemory - k) % kMemory];
     factors[k] = dot(pair.step, direction_) * pair.inverseProduct;
     add(static_cast<float>(-factors[k]), pair.change, direction_);
   }
@@ -111,7 +116,7 @@ void Lbfgs::chooseDirection(size_t pairs, size_t newest)
   for (size_t j = 0; j < direction_.size(); ++j) direction_[j] *= inverseDiagonal_[j] * scaleF;
   for (size_t k = pairs; k-- > 0;)
   {
-    const Pair& pair = pairs_[(newest + memory - k) % memory];
+    const Pair& pair = pairs_[(newest + kMemory - k) % kMemory];
     const double back = dot(pair.change, direction_) * pair.inverseProduct;
     add(static_cast<float>(factors[k] - back), pair.step, direction_);
   }
@@ -210,8 +215,8 @@ bool Lbfgs::searchLine(const LogisticProblem& problem, const std::vector<float>&
   return step > 0 && std::isfinite(step);
 }
 
-int Lbfgs::minimize(const LogisticProblem& problem, const LbfgsOptions& options, std::vector<float>& u,
-                    const Workers& workers)
+void Lbfgs::minimize(const LogisticProblem& problem, int iterations, std::vector<float>& u,
+                     const Workers& workers)
 {
   FeatureRows& rows = problem.rows;
   const size_t points = rows.points();
@@ -220,7 +225,6 @@ int Lbfgs::minimize(const LogisticProblem& problem, const LbfgsOptions& options,
     ofPoints->resize(points);
   for (std::vector<float>* ofWeights : {&gradient_, &lastGradient_, &inverseDiagonal_, &direction_})
     ofWeights->resize(weights);
-  pairs_.resize(static_cast<size_t>(std::max(options.memory, 1)));
 
   rows.multiply(u.data(), logodds_.data(), workers);
   for (size_t i = 0; i < points; ++i) prob_[i] = logistic(logodds_[i]);
@@ -228,12 +232,11 @@ int Lbfgs::minimize(const LogisticProblem& problem, const LbfgsOptions& options,
   for (float& entry : inverseDiagonal_) entry = entry > 1e-20f ? 1.0f / entry : 0.0f;
 
   size_t pairs = 0;
-  size_t newest = pairs_.size() - 1;
+  size_t newest = kMemory - 1;
   residualsOf(problem);
   rows.multiplyTransposed(residual_.data(), gradient_.data(), workers);
-  problem.addPriorGradient(u, gradient_);
-  int done = 0;
-  for (; done < options.iterations; ++done)
+  addPriorGradient(problem, u, gradient_);
+  for (int done = 0; done < iterations; ++done)
   {
     chooseDirection(pairs, newest);
     rows.multiply(direction_.data(), logoddsStep_.data(), workers);
@@ -242,12 +245,12 @@ int Lbfgs::minimize(const LogisticProblem& problem, const LbfgsOptions& options,
     add(step, direction_, u);
     for (size_t i = 0; i < points; ++i) logodds_[i] += step * logoddsStep_[i];
 
-    if (done + 1 == options.iterations) continue;  // the last gradient would serve nothing
+    if (done + 1 == iterations) continue;  // the last gradient would serve nothing
     gradient_.swap(lastGradient_);
     residualsOf(problem);
     rows.multiplyTransposed(residual_.data(), gradient_.data(), workers);
-    problem.addPriorGradient(u, gradient_);
-    const size_t slot = (newest + 1) % pairs_.size();
+    addPriorGradient(problem, u, gradient_);
+    const size_t slot = (newest + 1) % kMemory;
     Pair& pair = pairs_[slot];
     pair.step.resize(weights);
     pair.change.resize(weights);
@@ -260,11 +263,10 @@ int Lbfgs::minimize(const LogisticProblem& problem, const LbfgsOptions& options,
     if (!(product > 1e-30)) break;  // no change that single precision could show
     pair.inverseProduct = 1.0 / product;
     newest = slot;
-    pairs = std::min(pairs + 1, pairs_.size());
+    pairs = std::min(pairs + 1, kMemory);
   }
   // Where the search gave up, the probabilities are of a step not taken.
   for (size_t i = 0; i < points; ++i) prob_[i] = logistic(logodds_[i]);
-  return done;
 }
 
 }  // namespace lamap

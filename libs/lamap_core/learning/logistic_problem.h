@@ -1,7 +1,6 @@
 #pragma once
 
 #include <lamap_core/features/rows.h>
-#include <lamap_core/math/workers.h>
 
 #include <vector>
 
@@ -16,19 +15,10 @@ namespace lamap
 struct LogisticProblem
 {
   FeatureRows& rows;
-  const std::vector<float>& labels;     ///< y, 0 or 1, a point
-  const std::vector<float>& weights;    ///< w > 0, a point
-  const std::vector<float>& mean;       ///< μ, a weight; 0 where rows have no feature
-  const std::vector<float>& precision;  ///< Λ ≥ 0, a weight
-
-  /// φ(u), in double.
-  [[nodiscard]] double objective(const std::vector<float>& u, const Workers& workers) const;
-  /// ∂φ/∂u, 0 where rows have no feature.
-  void gradient(const std::vector<float>& u, std::vector<float>& g, const Workers& workers) const;
-  /// The prior's part of the gradient, Λ(u − μ), is added to g.
-  void addPriorGradient(const std::vector<float>& u, std::vector<float>& g) const;
-  /// Diagonal of the Hessian, Λⱼ + Σᵢ wᵢ·pᵢ(1 − pᵢ)·F_ij²: the precision of Laplace's approximation.
-  void curvature(const std::vector<float>& u, std::vector<float>& diagonal, const Workers& workers) const;
+  const std::vector<float>& labels;     ///< y of each point, 0 or 1
+  const std::vector<float>& weights;    ///< w of each point, > 0
+  const std::vector<float>& mean;       ///< μ of each weight; 0 where rows have no feature
+  const std::vector<float>& precision;  ///< Λ of each weight, ≥ 0
 };
 
 }  // namespace lamap

@@ -9,9 +9,7 @@ uint64_t Solver::solve(const LogisticProblem& problem, const SolverSettings& set
 {
   if (settings.solver == HilbertSolver::Lbfgs)
   {
-    LbfgsOptions options;
-    options.iterations = settings.iterations;
-    lbfgs_.minimize(problem, options, u, workers);
+    lbfgs_.minimize(problem, settings.iterations, u, workers);
     return stepsBefore;
   }
   const SgdPenalty penalty = settings.solver == HilbertSolver::SgdL1 ? SgdPenalty::L1 : SgdPenalty::L2;

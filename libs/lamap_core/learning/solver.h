@@ -11,9 +11,9 @@ namespace lamap
 struct SolverSettings
 {
   HilbertSolver solver = HilbertSolver::Lbfgs;
-  int iterations = LbfgsOptions{}.iterations;  ///< of L-BFGS, at most
-  DescentOptions descent;                      ///< of SGD
-  uint64_t seed = 1;                           ///< of SGD
+  int iterations = 25;     ///< of L-BFGS, at most
+  DescentOptions descent;  ///< of SGD
+  uint64_t seed = 1;       ///< of SGD
 };
 
 /// Finds the weights of a logistic problem by what the options choose; keeps its working memory.

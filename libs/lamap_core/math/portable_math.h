@@ -27,17 +27,6 @@ namespace lamap
   return x;
 }
 
-/// log(1 + y) for y in [0, 1].
-[[nodiscard]] inline double portableLog1p(double y) noexcept
-{
-  // 2·artanh(s) with s = y/(2 + y) ≤ 1/3.
-  const double s = y / (2.0 + y);
-  const double s2 = s * s;
-  double sum = 0.0;
-  for (int n = 35; n >= 1; n -= 2) sum = sum * s2 + 1.0 / n;
-  return 2.0 * s * sum;
-}
-
 /// log(x) for finite normal x > 0.
 [[nodiscard]] inline double portableLog(double x) noexcept
 {
@@ -67,12 +56,6 @@ namespace lamap
 [[nodiscard]] inline float logistic(float logodds) noexcept
 {
   return 1.0f / (1.0f + portableExp(-logodds));
-}
-
-/// log(1 + e^f): the loss of saying f where the truth is free; log(1 + e^−f) where it is occupied.
-[[nodiscard]] inline double softplus(double f) noexcept
-{
-  return (f > 0 ? f : 0.0) + portableLog1p(portableExp(f > 0 ? -f : f));
 }
 
 }  // namespace lamap

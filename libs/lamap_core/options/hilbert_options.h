@@ -47,15 +47,15 @@ OptionTableOf<Self>& addSamplingOptions(OptionTableOf<Self>& table)
            "weight of a free point; 0: no free points");
 }
 
-/// iterations, and the options of a struct that Self derives from. @tparam Descent that struct
-template <typename Descent, typename Self>
+/// iterations, and what Self::DescentOptions describes
+template <typename Self>
 OptionTableOf<Self>& addSolverOptions(OptionTableOf<Self>& table)
 {
   return table
       .add("iterations", &Self::iterations, plain().from(1).to(1e5).usually("10 (incremental) or 25"),
            "most iterations of lbfgs")
       .onlyWhere({"iterations"}, {{"solver", {"lbfgs"}}})
-      .template include<Descent>(Descent::optionTable());
+      .template include<typename Self::DescentOptions>();
 }
 
 /// usePoseCovariance, rangeStd, pointStd

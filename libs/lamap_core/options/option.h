@@ -11,7 +11,7 @@
 
 namespace lamap
 {
-/// A struct of options of whichever type; its own OptionTable knows which.
+/// A struct of options whose type only its own OptionTable knows.
 class AnyOptions
 {
  public:
@@ -31,7 +31,7 @@ class AnyOptions
   void* address_;
 };
 
-/// The same, only to be read.
+/// The same, read-only.
 class ConstAnyOptions
 {
  public:
@@ -58,7 +58,7 @@ struct OptionChoice
   friend bool operator==(OptionChoice a, OptionChoice b) { return a.number == b.number; }
 };
 
-/// What an option holds; std::monostate for one that is left empty.
+/// What an option holds; std::monostate if it is left empty.
 using OptionContent =
     std::variant<std::monostate, double, uint32_t, int32_t, bool, std::string, OptionChoice>;
 
@@ -77,13 +77,13 @@ struct OptionTraits
 {
   std::string unit{};  ///< "m", "deg", or "" for a plain number
   LegalRange range{};
-  std::string floorKey{};  ///< option that this one must not be below, or not even equal
-  bool floorIncluded = true;
-  std::string emptyText{};           ///< what a number means that is left empty, e.g. "2 cells"
-  double emptyCells = 0;             ///< and that length in cells; 0: other options decide
+  std::string floorKey{};            ///< key of the option that this one must not be below
+  bool floorIncluded = true;         ///< whether it may equal that option
+  std::string emptyText{};           ///< meaning of a number that is left empty, e.g. "2 cells"
+  double emptyCells = 0;             ///< the length that it stands for, in cells; 0: other options decide
   std::vector<std::string> names{};  ///< of a choice; enumerators count from 0 in this order
 
-  // To be chained: metres().above(0).to(1e6).atMostCells(64).usuallyCells(2)
+  // Chained: metres().above(0).to(1e6).atMostCells(64).usuallyCells(2)
   OptionTraits& from(double low) { return range.low = low, *this; }
   OptionTraits& above(double low) { return range.low = low, range.lowIncluded = false, *this; }
   OptionTraits& to(double high) { return range.high = high, *this; }
@@ -116,16 +116,16 @@ struct OptionTraits
   return traits;
 }
 
-/// One option: its name in .ini files, its type, unit, legal range and meaning, and where it is kept.
+/// One option: its key in .ini files, its type, unit, legal range, meaning and the member that holds it.
 struct Option : public OptionTraits
 {
-  /// Another option, maybe of another group of the map, and what it must be.
+  /// Another option, possibly of another group of the map, and the values it must have.
   struct Condition
   {
     std::string key;
     std::vector<std::string> texts;  ///< any of them
   };
-  /// Conditions of which one must hold.
+  /// At least one of these conditions must hold.
   using AnyOf = std::vector<Condition>;
 
   std::string key;
@@ -137,11 +137,11 @@ struct Option : public OptionTraits
   /// Takes content of the option's type (or none, if it may be empty), legal or not.
   std::function<void(AnyOptions, const OptionContent&)> set;
 
-  /// Shortest text that parse() turns into the same; "" if it is left empty.
+  /// Shortest text that parse() reads back as the same value; "" if it is left empty.
   [[nodiscard]] std::string textOf(ConstAnyOptions options) const;
   /** Sets the option from text as it stands in an .ini file, without comments. Ends of the range that depend
-   * on other options are for OptionTable::validate().
-   * @throws std::invalid_argument saying what is wrong and what is legal; the option keeps what it had. */
+   * on other options are checked by OptionTable::validate().
+   * @throws std::invalid_argument saying what is wrong and what is legal; the option keeps its value. */
   void parse(AnyOptions options, const std::string& text) const;
 
   /// For messages: "a number >= 0, in m", "one of: samples, line, none".

@@ -65,9 +65,9 @@ class OptionTableOf : public OptionTable
   template <typename Place>
   OptionTableOf& add(const std::string& key, Place place, OptionTraits traits, const std::string& doc);
 
-  /// Adds the options of a struct that Options derives from.
+  /// Adds the options of a struct that Options derives from, as its own table describes them.
   template <typename Base>
-  OptionTableOf& include(const OptionTable& table);
+  OptionTableOf& include();
 
   /// States that options that were added before have no effect unless one of the conditions holds.
   OptionTableOf& onlyWhere(const std::vector<std::string>& keys, const Option::AnyOf& conditions)
@@ -209,9 +209,10 @@ OptionTableOf<Options>& OptionTableOf<Options>::add(const std::string& key, Plac
 
 template <typename Options>
 template <typename Base>
-OptionTableOf<Options>& OptionTableOf<Options>::include(const OptionTable& table)
+OptionTableOf<Options>& OptionTableOf<Options>::include()
 {
   static_assert(std::is_base_of_v<Base, Options>);
+  const OptionTable& table = Base::optionTable();
   const auto constBase = [](ConstAnyOptions options)
   { return ConstAnyOptions(static_cast<const Base*>(&options.as<Options>())); };
   for (Option option : table.options())

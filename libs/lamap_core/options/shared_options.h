@@ -73,20 +73,6 @@ OptionTableOf<Self>& addTrainingPointOptions(OptionTableOf<Self>& table)
       .onlyWhere({"freeDownsampling", "hitDownsampling"}, {{"trainingPoints", {"centroids"}}});
 }
 
-/// minRange, maxRange, considerInvalidRangesAsFreeSpace, rayDecimation
-template <typename Self>
-OptionTableOf<Self>& addRangeOptions(OptionTableOf<Self>& table)
-{
-  return table
-      .add("minRange", &Self::minRange, metres().from(0).to(kMetresMost), "closer returns are ignored")
-      .add("maxRange", &Self::maxRange, metres().above(0).to(kMetresMost).orZero().exceeds("minRange"),
-           "hits and free space end here; 0: the range that the observation states, if any")
-      .add("considerInvalidRangesAsFreeSpace", &Self::considerInvalidRangesAsFreeSpace, plain(),
-           "rays without a return are free up to the maximum range")
-      .add("rayDecimation", &Self::rayDecimation, plain().from(1).to(kWholeMost),
-           "use every Nth ray of an observation");
-}
-
 /// freeThreshold, occupiedThreshold, of a StateThresholds member `thresholds`
 template <typename Self>
 OptionTableOf<Self>& addThresholdOptions(OptionTableOf<Self>& table)

@@ -3,7 +3,7 @@
 #include <lamap_core/grid/evidence_map_members.h>
 #include <lamap_core/options/legal_range.h>
 #include <lamap_core/overlapping/model_fusion.h>
-#include <lamap_core/overlapping/model_scan.h>
+#include <lamap_core/overlapping/model_trainer.h>
 #include <lamap_core/scan/scan_frame.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ struct OverlappingHilbertMap::LazyIndex
 OverlappingHilbertMap::OverlappingHilbertMap(const OverlappingStructure& structure)
     : EvidenceMap(structure),
       shape_(structure),
-      written_(grid().shape(), grid().kind()),
+      written_(evidence().shape(), evidence().kind()),
       index_(std::make_shared<LazyIndex>())
 {
 }
@@ -96,7 +96,7 @@ bool OverlappingHilbertMap::trainPending(const OverlappingInference& inference, 
   {
     const PlacedModel placed{pending_.pose, std::make_shared<const HilbertModel>(std::move(*model))};
     auto index = std::make_shared<LazyIndex>();
-    EvidenceChange change = EvidenceChange::addition(grid(), inferModel(placed, nullptr, workers),
+    EvidenceChange change = EvidenceChange::addition(evidence(), inferModel(placed, nullptr, workers),
                                                      ruleFor(inference.thresholds), workers);
     if (structure().keepModels) models_.push_back(placed);
     change.commit();
@@ -110,7 +110,7 @@ Evidence OverlappingHilbertMap::inferModel(const PlacedModel& placed, const std:
                                            const Workers& workers)
 {
   ModelFusion& fusion = fusion_.get(shape_, planarLayer());
-  fusion.choose(*placed.model, placed.pose, grid().shape(), workers);
+  fusion.choose(*placed.model, placed.pose, evidence().shape(), workers);
   return fusion.infer(wanted, workers);
 }
 
@@ -121,7 +121,7 @@ void OverlappingHilbertMap::merge(const OverlappingHilbertMap& other, const Stat
                static_cast<double>(other.pending_.scans.size()), "trained first");
   const Workers workers(1);
   auto index = std::make_shared<LazyIndex>();
-  EvidenceChange cells = EvidenceChange::addition(grid(), other.grid(), ruleFor(thresholds), workers);
+  EvidenceChange cells = EvidenceChange::addition(evidence(), other.evidence(), ruleFor(thresholds), workers);
   EvidenceChange written = EvidenceChange::addition(written_, other.written_, noPruning, workers);
   models_.reserve(models_.size() + other.models_.size());
   cells.commit();
@@ -201,7 +201,7 @@ void OverlappingHilbertMap::addEvidence(const CellIndex& index, double logodds,
   const CellSums sums = SignedSums{inEvidenceUnits(logodds), std::nullopt}.coded();
   const Workers workers(1);
   EvidenceChange cells =
-      EvidenceChange::addition(grid(), evidenceOf(index, sums), ruleFor(thresholds), workers);
+      EvidenceChange::addition(evidence(), evidenceOf(index, sums), ruleFor(thresholds), workers);
   EvidenceChange written = EvidenceChange::addition(written_, evidenceOf(index, sums), noPruning, workers);
   cells.commit();
   written.commit();
@@ -228,7 +228,7 @@ void OverlappingHilbertMap::setModelPoses(const std::vector<MovedModel>& moved,
   const auto touch = [&](const PlacedModel& placed)
   {
     ModelFusion& fusion = fusion_.get(shape_, planarLayer());
-    fusion.choose(*placed.model, placed.pose, grid().shape(), workers);
+    fusion.choose(*placed.model, placed.pose, evidence().shape(), workers);
     touched.insert(touched.end(), fusion.blocks().begin(), fusion.blocks().end());
   };
   for (const auto& [number, pose] : poses)
@@ -241,7 +241,7 @@ void OverlappingHilbertMap::setModelPoses(const std::vector<MovedModel>& moved,
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
   auto index = std::make_shared<LazyIndex>();
   EvidenceChange change =
-      EvidenceChange::replacement(grid(), touched, fusedAnew(models, touched, thresholds, workers));
+      EvidenceChange::replacement(evidence(), touched, fusedAnew(models, touched, thresholds, workers));
   change.commit();
   models_.swap(models);
   index_ = std::move(index);
@@ -252,10 +252,10 @@ Evidence OverlappingHilbertMap::fusedAnew(const std::vector<PlacedModel>& models
                                           const std::vector<BlockIndex>& blocks,
                                           const StateThresholds& thresholds, const Workers& workers)
 {
-  Evidence fused(grid().shape(), grid().kind());
+  Evidence fused(evidence().shape(), evidence().kind());
   const auto add = [&](Evidence&& said)
   { EvidenceChange::addition(fused, std::move(said), ruleFor(thresholds), workers).commit(); };
-  Evidence written(grid().shape(), grid().kind());
+  Evidence written(evidence().shape(), evidence().kind());
   for (const BlockIndex& block : blocks)
     if (const EvidenceBlock* told = written_.find(block)) written.findOrCreate(block) = *told;
   add(std::move(written));
@@ -299,12 +299,12 @@ size_t OverlappingHilbertMap::modelBytes() const
 
 size_t OverlappingHilbertMap::memoryBytes() const
 {
-  return grid().memoryBytes() + written_.memoryBytes() + modelBytes();
+  return evidence().memoryBytes() + written_.memoryBytes() + modelBytes();
 }
 
 bool operator==(const OverlappingHilbertMap& a, const OverlappingHilbertMap& b)
 {
-  return a.structure() == b.structure() && a.grid() == b.grid() && a.written_ == b.written_ &&
+  return a.structure() == b.structure() && a.evidence() == b.evidence() && a.written_ == b.written_ &&
          a.models_.size() == b.models_.size() &&
          std::equal(a.models_.begin(), a.models_.end(), b.models_.begin(), sameModel) &&
          a.pending_.scans == b.pending_.scans &&

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <lamap_core/grid/evidence_map.h>
+#include <lamap_core/math/workers.h>
 #include <lamap_core/overlapping/model_index.h>
-#include <lamap_core/overlapping/model_trainer.h>
+#include <lamap_core/overlapping/model_scan.h>
 #include <lamap_core/overlapping/options.h>
 #include <lamap_core/overlapping/reading.h>
 #include <lamap_core/scan/ray_selection.h>
@@ -16,6 +17,7 @@
 
 namespace lamap
 {
+class HilbertModelTrainer;
 class ModelFusion;
 extern template class EvidenceMap<OverlappingReading>;
 
@@ -103,10 +105,10 @@ class OverlappingHilbertMap : public EvidenceMap<OverlappingReading>
     setModelPoses({{model, pose}}, thresholds, threads);
   }
 
-  // The whole state, for files: structure(), grid(), writtenGrid(), models() and pending().
+  // The whole state, for files: structure(), evidence(), writtenEvidence(), models() and pending().
   /// The part of it that came by addEvidence(), never pruned.
-  [[nodiscard]] const Evidence& writtenGrid() const { return written_; }
-  [[nodiscard]] Evidence& writtenGrid() { return written_; }
+  [[nodiscard]] const Evidence& writtenEvidence() const { return written_; }
+  [[nodiscard]] Evidence& writtenEvidence() { return written_; }
   [[nodiscard]] const std::vector<PlacedModel>& models() const { return models_; }
   [[nodiscard]] const PendingScans& pending() const { return pending_; }
   /** Puts models and waiting scans in the place of those there, e.g. from a file; cells stay as they are.

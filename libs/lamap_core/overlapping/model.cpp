@@ -66,11 +66,6 @@ auto fieldsOf(const HilbertModel& m)
 
 }  // namespace
 
-bool ModelPose::isLegal(const Eigen::Isometry3d& pose, double resolution_m, bool planar)
-{
-  return faultOf(pose, resolution_m, planar) == nullptr;
-}
-
 ModelPose ModelPose::of(const Eigen::Isometry3d& pose, double resolution_m, bool planar)
 {
   if (const char* fault = faultOf(pose, resolution_m, planar))
@@ -91,6 +86,29 @@ Eigen::Isometry3d ModelPose::isometry(double resolution_m) const
   pose.linear() = rotation;
   pose.translation() = Eigen::Vector3d(anchor.x, anchor.y, anchor.z) * resolution_m + offset_m;
   return pose;
+}
+
+Eigen::Vector3d ModelPose::toModel(const Eigen::Vector3d& fromAnchor_m) const
+{
+  const Eigen::Vector3d d = fromAnchor_m - offset_m;
+  return turnedBack(d);
+}
+
+Eigen::Vector3d ModelPose::turnedBack(const Eigen::Vector3d& d) const
+{
+  const auto along = [&](int axis)
+  { return (rotation(0, axis) * d.x() + rotation(1, axis) * d.y()) + rotation(2, axis) * d.z(); };
+  return {along(0), along(1), along(2)};
+}
+
+Eigen::Vector3d ModelPose::fromModel(const Eigen::Vector3d& p) const
+{
+  const auto along = [&](int axis)
+  {
+    return ((rotation(axis, 0) * p.x() + rotation(axis, 1) * p.y()) + rotation(axis, 2) * p.z()) +
+           offset_m[axis];
+  };
+  return {along(0), along(1), along(2)};
 }
 
 ModelShape::ModelShape(const OverlappingStructure& structure)

@@ -28,33 +28,14 @@ struct ModelPose
   /** @param pose of the model's frame in the map [m]
    *  @throws std::invalid_argument unless the pose is finite, its rotation is one and cells can address it */
   static ModelPose of(const Eigen::Isometry3d& pose, double resolution_m, bool planar);
-  /// Whether of() takes the pose.
-  [[nodiscard]] static bool isLegal(const Eigen::Isometry3d& pose, double resolution_m, bool planar);
   [[nodiscard]] Eigen::Isometry3d isometry(double resolution_m) const;
 
   /// @param fromAnchor_m position [m] from the anchor's lowest corner. @return [m] in the model's frame
-  [[nodiscard]] Eigen::Vector3d toModel(const Eigen::Vector3d& fromAnchor_m) const
-  {
-    const Eigen::Vector3d d = fromAnchor_m - offset_m;
-    return turnedBack(d);
-  }
+  [[nodiscard]] Eigen::Vector3d toModel(const Eigen::Vector3d& fromAnchor_m) const;
   /// A vector from the map's axes to the model's, in an order of operations that is always the same.
-  [[nodiscard]] Eigen::Vector3d turnedBack(const Eigen::Vector3d& d) const
-  {
-    const auto along = [&](int axis)
-    { return (rotation(0, axis) * d.x() + rotation(1, axis) * d.y()) + rotation(2, axis) * d.z(); };
-    return {along(0), along(1), along(2)};
-  }
+  [[nodiscard]] Eigen::Vector3d turnedBack(const Eigen::Vector3d& d) const;
   /// A position [m] in the model's frame, from the anchor's lowest corner [m].
-  [[nodiscard]] Eigen::Vector3d fromModel(const Eigen::Vector3d& p) const
-  {
-    const auto along = [&](int axis)
-    {
-      return ((rotation(axis, 0) * p.x() + rotation(axis, 1) * p.y()) + rotation(axis, 2) * p.z()) +
-             offset_m[axis];
-    };
-    return {along(0), along(1), along(2)};
-  }
+  [[nodiscard]] Eigen::Vector3d fromModel(const Eigen::Vector3d& p) const;
 
   friend bool operator==(const ModelPose& a, const ModelPose& b)
   {

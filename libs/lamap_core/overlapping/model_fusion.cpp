@@ -260,9 +260,8 @@ void ModelFusion::listTiles()
   // A bias is said everywhere in the box.
   if (!shape_.compact() && !fewEnough(low_, high_))
     throw std::length_error(
-        "the box of a scan's training points has more than 4 million blocks of 8 cells an edge: set "
-        "maxRange, "
-        "boxQuantile or a larger resolution");
+        "the box of a scan's training points has more than 4 million blocks with edges of 8 cells: set "
+        "maxRange, boxQuantile or a larger resolution");
   if (!shape_.compact())
     forEachBlock(low_, high_, [&](const BlockIndex& tile) { (void)tiles_.findOrAdd(tile); });
   // Counted, then sorted into each tile's part, in the order of the sources.

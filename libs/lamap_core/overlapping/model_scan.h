@@ -2,7 +2,7 @@
 
 #include <lamap_core/overlapping/model.h>
 #include <lamap_core/scan/ray_selection.h>
-#include <lamap_core/training/hilbert_training.h>
+#include <lamap_core/training/hilbert_sampling.h>
 
 #include <optional>
 #include <vector>
@@ -12,7 +12,7 @@ namespace lamap
 /// The usable rays of a scan in a model's frame.
 struct ModelScan
 {
-  /// Its pose is the identity, for its frame is the model's. Of each fan the returns come first, then the
+  /// Its pose is the identity, because its frame is the model's. Of each fan the returns come first, then the
   /// others, all as Cut.
   SelectedRays rays;
   /// How sure the places of its points are, in the model's frame; empty: certain.

@@ -32,8 +32,8 @@ std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldR
 }
 
 /** The box of the training points, a share left out at each of its ends, and a cell and a half more: the
- * cells that hold points whatever the frames' turn, and their neighbours, for the scan of a planar laser is
- * flat. */
+ * cells that hold points whatever the frames' turn, and their neighbours, because the scan of a planar laser
+ * is flat. */
 void setBox(const HilbertTrainingSet& set, double quantile, double resolution_m, HilbertModel& model)
 {
   const size_t count = set.size();

@@ -35,9 +35,9 @@ const OptionTable& OverlappingInference::optionTable()
   {
     OptionTableOf<Self> all("insertOpts");
     addSamplingOptions(all);
-    addRangeOptions(all).add("solver", &Self::solver, oneOf({"lbfgs", "sgdL1", "sgdL2"}),
-                             "algorithm that minimizes the loss");
-    addSolverOptions<DescentOptions>(all)
+    all.include<RangeOptions>().add("solver", &Self::solver, oneOf({"lbfgs", "sgdL1", "sgdL2"}),
+                                    "algorithm that minimizes the loss");
+    addSolverOptions(all)
         .add("scansPerModel", &Self::scansPerModel, plain().from(1).to(1e4),
              "scans that one model is trained on together")
         .add("boxQuantile", &Self::boxQuantile, plain().from(0).to(0.4999),

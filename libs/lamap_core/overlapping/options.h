@@ -4,8 +4,8 @@
 #include <lamap_core/grid/cell_options.h>
 #include <lamap_core/grid/state_thresholds.h>
 #include <lamap_core/learning/solver_options.h>
-#include <lamap_core/scan/range_options.h>
-#include <lamap_core/training/hilbert_training.h>
+#include <lamap_core/scan/ray_selection.h>
+#include <lamap_core/training/hilbert_sampling.h>
 
 #include <cstdint>
 
@@ -43,7 +43,7 @@ struct OverlappingInference : public HilbertSampling,
   double fieldNear = 0.3;      ///< cells so near to the sensor are in its field
   double fieldDepth = 0.3;     ///< the field reaches so far behind the end of a ray
   double fieldAngle = 2.5;     ///< [degrees] width of the bins of directions that share a depth
-  double fieldWeight = 0.6;    ///< of log-odds in the field, for their sum is too sure of itself; > 0
+  double fieldWeight = 0.6;    ///< of log-odds in the field, because their sum is overconfident; > 0
   StateThresholds thresholds;
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.

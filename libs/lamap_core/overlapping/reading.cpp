@@ -3,7 +3,6 @@
 #include <lamap_core/math/portable_math.h>
 
 #include <algorithm>
-#include <stdexcept>
 
 namespace lamap
 {
@@ -13,11 +12,6 @@ double logoddsOf(const CellSums& sums, double outOfFieldLimit)
   if (decoded.first) return static_cast<double>(*decoded.first) * kEvidenceUnit;
   const double outside = static_cast<double>(decoded.second.value_or(0)) * kEvidenceUnit;
   return std::clamp(outside, -outOfFieldLimit, outOfFieldLimit);
-}
-
-OverlappingReading::OverlappingReading(const OverlappingStructure& structure) : structure_(structure)
-{
-  structure_.validate();
 }
 
 CellEstimate OverlappingReading::read(const CellIndex& /*cell*/, const CellSums& sums,
@@ -38,14 +32,6 @@ bool OverlappingReading::mean(const CellSums* cells, uint32_t count, CellSums& m
       std::all_of(cells, cells + count, [&](const CellSums& cell) { return (cell.first != 0) == inField; });
   if (alike) mean = meanSums(kKind, cells, count);
   return alike;
-}
-
-void OverlappingReading::requireAddable(const OverlappingReading& other) const
-{
-  OverlappingStructure theirs = other.structure_;
-  theirs.pruning = structure_.pruning;
-  if (!(theirs == structure_))
-    throw std::invalid_argument("the other map was made with other creation options than this one");
 }
 
 }  // namespace lamap

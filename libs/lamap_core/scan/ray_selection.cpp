@@ -1,6 +1,6 @@
 #include <lamap_core/scan/ray_selection.h>
 
-#include <lamap_core/options/legal_range.h>
+#include <lamap_core/options/shared_options.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,10 +23,10 @@ bool isPlace(const Eigen::Vector3d& point)
 class FanSelector
 {
  public:
-  FanSelector(const RayFan& fan, const RangeLimits& limits, RayCounts& counts)
-      : min_m_(std::max(limits.min_m, fan.statedRangeMin_m)),
-        max_m_(limits.max_m > 0 ? limits.max_m : fan.statedRangeMax_m),
-        noReturnIsFree_(limits.noReturnIsFree),
+  FanSelector(const RayFan& fan, const RangeOptions& limits, RayCounts& counts)
+      : min_m_(std::max(limits.minRange, fan.statedRangeMin_m)),
+        max_m_(limits.maxRange > 0 ? limits.maxRange : fan.statedRangeMax_m),
+        noReturnIsFree_(limits.considerInvalidRangesAsFreeSpace),
         counts_(counts)
   {
     selected.centre = fan.centre;
@@ -94,13 +94,19 @@ class FanSelector
 
 }  // namespace
 
-void RangeLimits::validate() const
+const OptionTable& RangeOptions::optionTable()
 {
-  requireLegal(min_m >= 0 && std::isfinite(min_m), "minRange", min_m, "a finite number >= 0");
-  requireLegal(max_m >= 0 && std::isfinite(max_m), "maxRange", max_m, "a finite number >= 0");
-  requireLegal(max_m == 0 || max_m > min_m, "maxRange", max_m,
-               "0, or more than minRange, " + shortText(min_m));
-  requireLegal(decimation >= 1, "rayDecimation", decimation, "a whole number >= 1");
+  using Self = RangeOptions;
+  static const OptionTable table =
+      OptionTableOf<Self>("insertOpts")
+          .add("minRange", &Self::minRange, metres().from(0).to(kMetresMost), "closer returns are ignored")
+          .add("maxRange", &Self::maxRange, metres().above(0).to(kMetresMost).orZero().exceeds("minRange"),
+               "hits and free space end here; 0: the range that the observation states, if any")
+          .add("considerInvalidRangesAsFreeSpace", &Self::considerInvalidRangesAsFreeSpace, plain(),
+               "rays without a return are free up to the maximum range")
+          .add("rayDecimation", &Self::rayDecimation, plain().from(1).to(kWholeMost),
+               "use every Nth ray of an observation");
+  return table;
 }
 
 RayCounts& RayCounts::operator+=(const RayCounts& other)
@@ -123,9 +129,9 @@ Eigen::Vector3d SelectedRays::firstCentre_map() const
   return scan.sensorPose_map.translation();
 }
 
-SelectedRays selectRays(const Scan& scan, const RangeLimits& limits)
+SelectedRays selectRays(const Scan& scan, const RangeOptions& limits)
 {
-  limits.validate();
+  requireLegalOptions(limits, std::nullopt);
 
   SelectedRays rays;
   rays.scan.sensorPose_map = scan.sensorPose_map;
@@ -135,14 +141,14 @@ SelectedRays selectRays(const Scan& scan, const RangeLimits& limits)
   for (const RayFan& fan : scan.fans)
   {
     FanSelector selector(fan, limits, rays.counts);
-    selector.selected.rays.reserve(fan.rays.size() / limits.decimation + 1);
+    selector.selected.rays.reserve(fan.rays.size() / limits.rayDecimation + 1);
     const bool isFinite = hasPose && fan.centre.allFinite();
     const bool isUsable = isFinite && isPlace(fan.centre) && isPlace(scan.inMap(fan.centre));
     size_t& lost = isFinite ? rays.counts.outside : rays.counts.notFinite;
     for (const Ray& ray : fan.rays)
     {
       const bool skipped = untilNext != 0;
-      untilNext = skipped ? untilNext - 1 : limits.decimation - 1;
+      untilNext = skipped ? untilNext - 1 : limits.rayDecimation - 1;
       if (skipped)
         ++rays.counts.decimated;
       else if (isUsable)

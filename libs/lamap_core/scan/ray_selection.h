@@ -7,17 +7,23 @@
 
 namespace lamap
 {
-/// Which rays of a scan are used, and how far. Lengths in metres.
-struct RangeLimits
-{
-  double min_m = 0;  ///< returns nearer than this are left out; also what the observation states
-  double max_m = 0;  ///< 0: what the observation states, unlimited where it states none
-  bool noReturnIsFree = true;
-  uint32_t decimation = 1;  ///< use every Nth ray, counted through the scan in the order of the sensor
+class OptionTable;
 
-  /// @throws std::invalid_argument naming the option (minRange, maxRange, rayDecimation), its value and what
-  /// is legal.
-  void validate() const;
+/// Which rays of a scan are used, and how far.
+struct RangeOptions
+{
+  /// [m] returns nearer than this are left out, with their rays; also what the observation states
+  double minRange = 0;
+  /// [m] hits and free space end here; 0: what the observation states, unlimited where it states none
+  double maxRange = 0;
+  bool considerInvalidRangesAsFreeSpace = true;  ///< rays without a return are free up to the maximum range
+  uint32_t rayDecimation = 1;  ///< use every Nth ray, counted through the scan in the order of the sensor
+
+  /// These options alone, of a struct that adds its own.
+  [[nodiscard]] const RangeOptions& rangeLimits() const { return *this; }
+
+  /// Describes every option, once.
+  [[nodiscard]] static const OptionTable& optionTable();
 };
 
 /// What became of the rays of a scan.
@@ -56,7 +62,7 @@ struct SelectedRays
  *
  * A ray longer than the maximum range is free up to that range and has no hit; a ray without a return
  * likewise.
- * @throws std::invalid_argument if the limits are not finite, negative or the decimation is 0. */
-[[nodiscard]] SelectedRays selectRays(const Scan& scan, const RangeLimits& limits);
+ * @throws std::invalid_argument naming the first illegal option, its value and the legal range. */
+[[nodiscard]] SelectedRays selectRays(const Scan& scan, const RangeOptions& limits);
 
 }  // namespace lamap

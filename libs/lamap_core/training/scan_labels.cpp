@@ -37,9 +37,9 @@ ScanLabels labelCells(const Scan& scan, const LabelRules& rules)
   const SamplingRules sampling = samplingRulesOf(rules);
   requireLegal(sampling.freeMargin >= 0 && std::isfinite(sampling.freeMargin), "freeMargin",
                sampling.freeMargin, "a finite length >= 0");
-  RangeLimits limits;
-  limits.max_m = rules.maxRange_m;
-  limits.noReturnIsFree = rules.noReturnIsFree;
+  RangeOptions limits;
+  limits.maxRange = rules.maxRange_m;
+  limits.considerInvalidRangesAsFreeSpace = rules.noReturnIsFree;
   const SelectedRays rays = selectRays(scan, limits);
   const ScanFrame frame = ScanFrame::around(rays.scan, rules.resolution_m, rules.layer);
   ScanLabels labels;

@@ -156,8 +156,8 @@ ModelScan readScan(ByteReader& in)
 
 void writeOverlappingMap(const OverlappingHilbertMap& map, ByteWriter& out)
 {
-  writeGrid(map.grid(), out);
-  writeGrid(map.writtenGrid(), out);
+  writeGrid(map.evidence(), out);
+  writeGrid(map.writtenEvidence(), out);
   writeAll(map.models(), out,
            [&](const PlacedModel& placed)
            {
@@ -171,8 +171,8 @@ void writeOverlappingMap(const OverlappingHilbertMap& map, ByteWriter& out)
 void readOverlappingMap(OverlappingHilbertMap& map, ByteReader& in)
 {
   const auto layer = map.structure().planar ? std::optional(map.planarLayer()) : std::nullopt;
-  readGrid(map.grid(), layer, in);
-  readGrid(map.writtenGrid(), layer, in);
+  readGrid(map.evidence(), layer, in);
+  readGrid(map.writtenEvidence(), layer, in);
   std::vector<PlacedModel> models;
   constexpr size_t kPoseBytes = kIndexBytes + 12 * sizeof(double);
   readAll(models, kPoseBytes, in,

@@ -25,10 +25,11 @@ bool same(const StateThresholds& a, const StateThresholds& b)
   return a.free == b.free && a.occupied == b.occupied && a.variance == b.variance;
 }
 
-bool same(const RangeLimits& a, const RangeLimits& b)
+bool same(const RangeOptions& a, const RangeOptions& b)
 {
-  return a.min_m == b.min_m && a.max_m == b.max_m && a.noReturnIsFree == b.noReturnIsFree &&
-         a.decimation == b.decimation;
+  return a.minRange == b.minRange && a.maxRange == b.maxRange &&
+         a.considerInvalidRangesAsFreeSpace == b.considerInvalidRangesAsFreeSpace &&
+         a.rayDecimation == b.rayDecimation;
 }
 
 /// The part of a ray, in units of its direction, inside a box [m]; first > last if there is none.
@@ -427,9 +428,9 @@ double CLearnedMap::internal_computeObservationLikelihood(const mrpt::obs::CObse
                                                           const mrpt::poses::CPose3D& takenFrom) const
 {
   if (!supportsObservation(observation)) return 0;
-  RangeLimits limits = rangeLimits();
-  limits.noReturnIsFree = false;
-  limits.decimation = likelihoodOptions.decimation;
+  RangeOptions limits = rangeLimits();
+  limits.considerInvalidRangesAsFreeSpace = false;
+  limits.rayDecimation = likelihoodOptions.decimation;
   const auto fingerprint = fingerprintOf(observation);
   const auto endPoints = endPoints_.get(
       [&](const EndPoints& made) {

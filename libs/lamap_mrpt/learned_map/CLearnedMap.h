@@ -100,7 +100,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   [[nodiscard]] virtual StateThresholds stateThresholds() const = 0;
 
   /// The rays that are used, by the current insertion options.
-  [[nodiscard]] virtual RangeLimits rangeLimits() const = 0;
+  [[nodiscard]] virtual RangeOptions rangeLimits() const = 0;
 
   /** Adds the evidence of one hit or one free point at the centre of a cell.
    * @throws std::invalid_argument if the point is beyond what cells can address. */

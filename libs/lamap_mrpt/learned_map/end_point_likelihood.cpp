@@ -7,7 +7,7 @@
 
 namespace lamap
 {
-EndPoints endPointsOf(const mrpt::obs::CObservation& observation, const RangeLimits& limits)
+EndPoints endPointsOf(const mrpt::obs::CObservation& observation, const RangeOptions& limits)
 {
   EndPoints endPoints;
   endPoints.limits = limits;

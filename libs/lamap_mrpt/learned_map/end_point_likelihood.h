@@ -19,14 +19,14 @@ namespace lamap
 struct EndPoints
 {
   std::optional<ObservationFingerprint> observation;  ///< empty: must not be reused
-  RangeLimits limits;
+  RangeOptions limits;
   std::vector<Eigen::Vector3d> ends_robot;
 };
 
 /** The returns of an observation that are within the limits.
  * @return empty for an observation that cannot be read as rays.
  * @throws as raysOf(). */
-[[nodiscard]] EndPoints endPointsOf(const mrpt::obs::CObservation& observation, const RangeLimits& limits);
+[[nodiscard]] EndPoints endPointsOf(const mrpt::obs::CObservation& observation, const RangeOptions& limits);
 
 /** Log-likelihood of returns, given the map and a pose of the robot:
  *

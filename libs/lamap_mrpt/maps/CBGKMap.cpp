@@ -34,7 +34,7 @@ constexpr int kMaxPriorDepth = 16;
 void readAtDepth(BgkMap& map, ByteReader& in, int depth)
 {
   if (depth > kMaxPriorDepth) in.fail("prior maps are nested too deep");
-  readGrid(map.grid(), map.structure().planarLayer(), in);
+  readGrid(map.evidence(), map.structure().planarLayer(), in);
   if (!in.number<bool>()) return;
   CBGKMap::TCreationOptions options;
   options.read(in);
@@ -49,7 +49,7 @@ const OptionTable& BgkLearner::Creation::optionTable()
   static const OptionTable table = []
   {
     OptionTableOf<Creation> all("creationOpts");
-    return all.include<BgkStructure>(BgkStructure::optionTable())
+    return all.include<BgkStructure>()
         .add("priorMap", &Creation::priorMap, plain(),
              "map file of a BGK map whose pseudo-counts are the prior where it has evidence; stored in the "
              "map");
@@ -66,7 +66,7 @@ BgkMap BgkLearner::make(const Creation& creation)
 
 void BgkLearner::write(const BgkMap& map, ByteWriter& out)
 {
-  writeGrid(map.grid(), out);
+  writeGrid(map.evidence(), out);
   out.number(map.priorMap() != nullptr);
   if (!map.priorMap()) return;
   CBGKMap::TCreationOptions options;
@@ -93,14 +93,14 @@ std::vector<CLearnedMap::Fact> CBGKMap::facts() const
   std::vector<Fact> ofCells = cellFacts(
       [&](const CellIndex& cell, const CellEstimate&)
       {
-        const CellSums sums = core().grid().at(cell);
+        const CellSums sums = core().evidence().at(cell);
         alpha += static_cast<double>(sums.first) * kEvidenceUnit;
         beta += static_cast<double>(sums.second) * kEvidenceUnit;
       });
-  std::vector<Fact> own{{"blocks", core().grid().blockCount()},
+  std::vector<Fact> own{{"blocks", core().evidence().blockCount()},
                         {"evidence for occupied", alpha, "pseudo-counts"},
                         {"evidence for free", beta, "pseudo-counts"}};
-  if (core().priorMap()) own.push_back({"blocks of the prior map", core().priorMap()->grid().blockCount()});
+  if (core().priorMap()) own.push_back({"blocks of the prior map", core().priorMap()->evidence().blockCount()});
   return factsWith(std::move(ofCells), own);
 }
 

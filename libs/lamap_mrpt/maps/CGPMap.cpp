@@ -20,9 +20,9 @@ const MapRegistration<GpLearner> gpRegistration;
 void requireSums(const GpMap& map, const ByteReader& in)
 {
   const bool isBcm = map.structure().fusion == GpFusion::Bcm;
-  for (const BlockIndex& index : map.grid().sortedBlocks())
+  for (const BlockIndex& index : map.evidence().sortedBlocks())
   {
-    map.grid().find(index)->visitLeaves(map.grid().shape(),
+    map.evidence().find(index)->visitLeaves(map.evidence().shape(),
                                         [&](uint32_t, uint32_t, const CellSums& evidence)
                                         {
                                           const auto precision = SignedSums::decoded(evidence.first);
@@ -36,12 +36,12 @@ void requireSums(const GpMap& map, const ByteReader& in)
 
 void GpLearner::write(const GpMap& map, ByteWriter& out)
 {
-  writeGrid(map.grid(), out);
+  writeGrid(map.evidence(), out);
 }
 
 void GpLearner::read(GpMap& map, ByteReader& in)
 {
-  readGrid(map.grid(), map.structure().planarLayer(), in);
+  readGrid(map.evidence(), map.structure().planarLayer(), in);
   requireSums(map, in);
 }
 
@@ -62,7 +62,7 @@ std::vector<CLearnedMap::Fact> CGPMap::facts() const
   double least = core().structure().signalVariance;
   std::vector<Fact> ofCells = cellFacts([&](const CellIndex&, const CellEstimate& cell)
                                         { least = std::min(least, cell.variance.value_or(least)); });
-  std::vector<Fact> own{{"blocks", core().grid().blockCount()}};
+  std::vector<Fact> own{{"blocks", core().evidence().blockCount()}};
   if (creationOptions().fusion == GpFusion::Bcm) own.push_back({"smallest variance of a cell", least});
   return factsWith(std::move(ofCells), own);
 }

@@ -1,5 +1,6 @@
 #include <lamap_mrpt/maps/CHilbertMap.h>
 
+#include <lamap_core/hilbert/state.h>
 #include <lamap_mrpt/files/hilbert_map_content.h>
 #include <lamap_mrpt/maps/learner_map_impl.h>
 

@@ -80,7 +80,7 @@ void COverlappingHilbertMap::visitCells(const CellVisitor& visitor) const
 
 std::vector<CLearnedMap::Fact> COverlappingHilbertMap::facts() const
 {
-  std::vector<Fact> own{{"blocks", core().grid().blockCount()}, {"models", core().modelCount()}};
+  std::vector<Fact> own{{"blocks", core().evidence().blockCount()}, {"models", core().modelCount()}};
   if (!core().pending().scans.empty())
     own.push_back({"scans that wait for others", core().pending().scans.size()});
   return factsWith(cellFacts(), own);

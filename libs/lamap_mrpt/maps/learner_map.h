@@ -110,7 +110,7 @@ class LearnerMap : public CLearnedMap
   [[nodiscard]] size_t memoryBytes() const override { return map_.memoryBytes(); }
   [[nodiscard]] std::optional<int32_t> planarLayer() const override { return map_.structure().planarLayer(); }
   [[nodiscard]] StateThresholds stateThresholds() const override { return insertionOptions.thresholds; }
-  [[nodiscard]] RangeLimits rangeLimits() const override { return insertionOptions.rangeLimits(); }
+  [[nodiscard]] RangeOptions rangeLimits() const override { return insertionOptions.rangeLimits(); }
   void visitOptionGroups(const VisitGroup& visit) const override;
 
   // CMetricMap

@@ -26,7 +26,7 @@ const OptionTable& LearnerMap<Learner>::TCreationOptions::optionTable() const
     return all
         .add("preset", &TCreationOptions::preset, oneOf(Learner::kPresets),
              "named set of options, applied before all others wherever it stands")
-        .template include<typename Learner::Creation>(Learner::Creation::optionTable());
+        .template include<typename Learner::Creation>();
   }();
   return table;
 }
@@ -41,7 +41,7 @@ template <typename Learner>
 const OptionTable& LearnerMap<Learner>::TInsertionOptions::optionTable() const
 {
   static const OptionTable table =
-      OptionTableOf<TInsertionOptions>("insertOpts").template include<Insertion>(Insertion::optionTable());
+      OptionTableOf<TInsertionOptions>("insertOpts").template include<Insertion>();
   return table;
 }
 

@@ -94,7 +94,7 @@ std::optional<Scan> scanOf(const ScanItem& item)
 
 double maxRangeOf(const mrpt::maps::CMetricMap& map)
 {
-  if (const auto* learned = dynamic_cast<const CLearnedMap*>(&map)) return learned->rangeLimits().max_m;
+  if (const auto* learned = dynamic_cast<const CLearnedMap*>(&map)) return learned->rangeLimits().maxRange;
   if (const auto* octo = dynamic_cast<const mrpt::maps::COctoMap*>(&map))
     return std::max(0.0, octo->insertionOptions.maxrange);
   if (const auto* coloured = dynamic_cast<const mrpt::maps::CColouredOctoMap*>(&map))

@@ -68,7 +68,7 @@ TEST(BgkMapProperty, UnusableRaysChangeNothing)
     added += 4;
     BgkMap a(structure), b(structure);
     const RayCounts goodCounts = a.insert(good, inference, 1), spoiltCounts = b.insert(spoilt, inference, 1);
-    EXPECT_EQ(differenceOf(a.grid(), b.grid()), "");
+    EXPECT_EQ(differenceOf(a.evidence(), b.evidence()), "");
     EXPECT_EQ(spoiltCounts.hits, goodCounts.hits);
     EXPECT_EQ(spoiltCounts.freeOnly, goodCounts.freeOnly);
     EXPECT_EQ(spoiltCounts.leftOut(), goodCounts.leftOut() + added);
@@ -92,7 +92,7 @@ TEST(BgkMap, StaysEmptyWithoutOneUsableRay)
           map.insert(scanWith({fanOf({1, 1, 1}, {{1, 1, 1}, {kNan, 1, 1}}, {{1, 0, 0}})}), inference).used(),
           0u);
       EXPECT_TRUE(map.empty());
-      EXPECT_EQ(map.grid().blockCount(), 0u);
+      EXPECT_EQ(map.evidence().blockCount(), 0u);
     }
 }
 
@@ -128,7 +128,7 @@ TEST(BgkMapProperty, CoordinatesOfEverySizeReachNoCellAsNonsense)
           EXPECT_EQ(counts.used() + counts.leftOut(), 80u);
           expectProbabilities(map);
           // Nothing is farther from the origin than the range and the support.
-          for (const CellEvidence& cell : cellsOf(map.grid()))
+          for (const CellEvidence& cell : cellsOf(map.evidence()))
           {
             Eigen::Vector3d offset = cellCentre(cell.cell, structure.resolution) - fan.centre;
             if (planar) offset.z() = 0;
@@ -151,7 +151,7 @@ TEST(BgkMap, LeavesOutWhatNoCellIndexReaches)
     EXPECT_EQ(counts.hits, 1u);
     counts = map.insert(scanWith({fanOf({3e8, 0, 0}, {{3e8, 1, 0}})}), inference);
     EXPECT_EQ(counts.outside, 1u);
-    for (const CellEvidence& cell : cellsOf(map.grid()))
+    for (const CellEvidence& cell : cellsOf(map.evidence()))
     {
       EXPECT_LE(std::abs(cell.cell.x - 10), 2);
       EXPECT_LE(std::abs(cell.cell.y), 2);
@@ -173,7 +173,7 @@ TEST(BgkMap, TakesRaysShorterThanACell)
             map.insert(scanWith({fanOf({0.04, 0.04, 0.04}, {{0.04 + length, 0.04, 0.04}})}), inference);
         EXPECT_EQ(counts.hits, 1u);
         EXPECT_GT(map.cell({0, 0, 0}, {})->prob, 0.9);
-        EXPECT_EQ(map.grid().at({0, 0, 0}).second, 0u);  // all within the margin
+        EXPECT_EQ(map.evidence().at({0, 0, 0}).second, 0u);  // all within the margin
         expectProbabilities(map);
       }
 }

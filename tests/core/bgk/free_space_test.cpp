@@ -72,7 +72,7 @@ TEST(BgkMapProperty, NoFreeEvidenceBehindARaysEndOrWithinTheMargin)
           const bool snapped = trainingPoints == TrainingPoints::Cells && freeSpace == FreeSpace::Samples;
           const double reach = *inference.kernelSupport + (snapped ? kSnap : 0) + 1e-9;
           size_t free = 0;
-          for (const CellEvidence& cell : cellsOf(map.grid()))
+          for (const CellEvidence& cell : cellsOf(map.evidence()))
           {
             if (cell.evidence.second == 0) continue;
             ++free;
@@ -94,7 +94,7 @@ int farthestFree(const BgkInference& inference, const RayFan& fan)
   BgkMap map;
   map.insert(scanWith({fan}), inference, 1);
   int farthest = -1000;
-  for (const CellEvidence& cell : cellsOf(map.grid()))
+  for (const CellEvidence& cell : cellsOf(map.evidence()))
     if (cell.evidence.second > 0 && cell.cell.y == 0 && cell.cell.z == 0)
       farthest = std::max(farthest, cell.cell.x);
   return farthest;
@@ -149,7 +149,7 @@ TEST(BgkMap, FreesUpToTheMaximumRangeWithoutAHit)
       {
         BgkMap map;
         map.insert(scanWith({fan}), inference, 1);
-        for (const CellEvidence& cell : cellsOf(map.grid())) EXPECT_EQ(cell.evidence.first, 0u);
+        for (const CellEvidence& cell : cellsOf(map.evidence())) EXPECT_EQ(cell.evidence.first, 0u);
       }
       inference.considerInvalidRangesAsFreeSpace = false;
       EXPECT_EQ(farthestFree(inference, returned), 15);
@@ -174,8 +174,8 @@ TEST(BgkMap, SparesCellsWithEnoughHitsFromFreeEvidence)
         inference.protectHits = protectHits;
         BgkMap map;
         map.insert(scanWith({fan, behind}), inference, 1);
-        EXPECT_GT(map.grid().at(cell).first, 0u);
-        return map.grid().at(cell).second;
+        EXPECT_GT(map.evidence().at(cell).first, 0u);
+        return map.evidence().at(cell).second;
       };
       EXPECT_GT(freeIn(0, {10, 0, 0}), 0u);
       EXPECT_EQ(freeIn(1, {10, 0, 0}), 0u);
@@ -189,9 +189,9 @@ TEST(BgkMap, SparesCellsWithEnoughHitsFromFreeEvidence)
       inference.protectHits = 2;
       BgkMap map;
       map.insert(scanWith({fan}), inference, 1);
-      EXPECT_EQ(map.grid().at({10, 0, 0}).second, 0u);
+      EXPECT_EQ(map.evidence().at({10, 0, 0}).second, 0u);
       map.insert(scanWith({behind}), inference, 1);
-      EXPECT_GT(map.grid().at({10, 0, 0}).second, 0u);
+      EXPECT_GT(map.evidence().at({10, 0, 0}).second, 0u);
     }
 }
 }  // namespace

@@ -83,7 +83,7 @@ TEST(BgkStructure, NamesEveryIllegalOptionItsValueAndTheRange)
     BgkStructure structure;
     structure.blockDepth = depth;
     EXPECT_NO_THROW(structure.validate());
-    EXPECT_EQ(BgkMap(structure).grid().shape().edge(), 1 << (depth - 1));
+    EXPECT_EQ(BgkMap(structure).evidence().shape().edge(), 1 << (depth - 1));
   }
 }
 

@@ -309,7 +309,7 @@ TEST(BgkMapProperty, CellsBeyondTheSupportKeepThePrior)
       if (reached) continue;
       ASSERT_FALSE(map.cell(cell, {}).has_value());
       ASSERT_FALSE(map.at(cellCentre(cell, structure.resolution), {}).has_value());
-      ASSERT_FALSE(map.grid().at(cell).any());
+      ASSERT_FALSE(map.evidence().at(cell).any());
       ASSERT_EQ(map.priorOf(cell), (std::array<double, 2>{0.02, 0.05}));
     }
   }

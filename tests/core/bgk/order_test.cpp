@@ -55,7 +55,7 @@ TEST(BgkMapProperty, OrderOfRaysInAScanDoesNotMatter)
       random.shuffle(scan.fans);
       shuffled.insert(scan, made.inference, 1);
     }
-    EXPECT_EQ(differenceOf(reference.grid(), shuffled.grid()), "");
+    EXPECT_EQ(differenceOf(reference.evidence(), shuffled.evidence()), "");
   }
 }
 
@@ -69,7 +69,7 @@ TEST(BgkMap, RefusesToMergeAnotherStructure)
     BgkMap from(other);
     from.addEvidence({1, 2, from.planarLayer()}, 1, 1, {});
     EXPECT_THROW(map.merge(from, {}), std::invalid_argument);
-    EXPECT_EQ(cellsOf(map.grid()).size(), 1u);
+    EXPECT_EQ(cellsOf(map.evidence()).size(), 1u);
   };
   BgkStructure other = structure;
   other.resolution = 0.2;
@@ -87,7 +87,7 @@ TEST(BgkMap, RefusesToMergeAnotherStructure)
   BgkMap from(other);
   from.addEvidence({1, 2, 3}, 1, 1, {});
   map.merge(from, {});
-  EXPECT_EQ(map.grid().at({1, 2, 3}).first, uint64_t{2} << kEvidenceFractionBits);
+  EXPECT_EQ(map.evidence().at({1, 2, 3}).first, uint64_t{2} << kEvidenceFractionBits);
   EXPECT_EQ(map.structure().priorAlpha, structure.priorAlpha);
 }
 

@@ -57,10 +57,10 @@ TEST(BgkMap, AddsEvidenceFromElsewhere)
   EXPECT_DOUBLE_EQ(*estimate->variance, 2.5 * 1.5 / (16.0 * 5.0));
   EXPECT_EQ(map.at({-0.05, 2.01, 0.39}, {})->evidence[0], 2.5);
   EXPECT_FALSE(map.at({0.05, 2.01, 0.39}, {}).has_value());
-  EXPECT_EQ(cellsOf(map.grid()).size(), 1u);
+  EXPECT_EQ(cellsOf(map.evidence()).size(), 1u);
   // To the nearest 2^-20.
   map.addEvidence({0, 0, 0}, 0.7 * kEvidenceUnit, 1.4 * kEvidenceUnit, {});
-  EXPECT_TRUE(map.grid().at({0, 0, 0}) == (CellSums{1, 1}));
+  EXPECT_TRUE(map.evidence().at({0, 0, 0}) == (CellSums{1, 1}));
 }
 
 TEST(BgkMap, RefusesEvidenceThatIsNone)
@@ -72,7 +72,7 @@ TEST(BgkMap, RefusesEvidenceThatIsNone)
     EXPECT_THROW(map.addEvidence({0, 0, 0}, bad, 0.0, {}), std::invalid_argument);
     EXPECT_THROW(map.addEvidence({0, 0, 0}, 0.0, bad, {}), std::invalid_argument);
   }
-  EXPECT_TRUE(cellsOf(map.grid()).empty());
+  EXPECT_TRUE(cellsOf(map.evidence()).empty());
   EXPECT_FALSE(map.cell({0, 0, 0}, {}).has_value());
 }
 
@@ -124,12 +124,12 @@ TEST(BgkMapProperty, AnotherMapIsThePriorWhereItHasEvidence)
       map.insert(scan, inference, 1);
     }
     // The evidence is the map's own.
-    EXPECT_EQ(differenceOf(map.grid(), plain.grid()), "");
+    EXPECT_EQ(differenceOf(map.evidence(), plain.evidence()), "");
 
     std::map<std::tuple<int, int, int>, int> expected;
-    for (const CellEvidence& cell : cellsOf(plain.grid()))
+    for (const CellEvidence& cell : cellsOf(plain.evidence()))
       expected[{cell.cell.x, cell.cell.y, cell.cell.z}] |= 1;
-    for (const CellEvidence& cell : cellsOf(prior->grid()))
+    for (const CellEvidence& cell : cellsOf(prior->evidence()))
       expected[{cell.cell.x, cell.cell.y, cell.cell.z}] |= 2;
     size_t visited = 0;
     map.visitCells(
@@ -146,7 +146,7 @@ TEST(BgkMapProperty, AnotherMapIsThePriorWhereItHasEvidence)
             beta0 = prior->cell(cell, {})->evidence[1];
           }
           EXPECT_EQ(map.priorOf(cell), (std::array<double, 2>{alpha0, beta0}));
-          const CellSums own = plain.grid().at(cell);
+          const CellSums own = plain.evidence().at(cell);
           EXPECT_NEAR(estimate.evidence[0], alpha0 + static_cast<double>(own.first) * kEvidenceUnit, 1e-12);
           EXPECT_NEAR(estimate.evidence[1], beta0 + static_cast<double>(own.second) * kEvidenceUnit, 1e-12);
           EXPECT_NEAR(estimate.prob, bgkMean(estimate.evidence[0], estimate.evidence[1]), 1e-15);

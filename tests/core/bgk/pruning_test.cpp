@@ -69,11 +69,11 @@ TEST(BgkMapProperty, LosslessPruningEqualsNoneCellByCell)
     {
       exact.insert(scan, made.inference, 1);
       pruned.insert(scan, made.inference, 1);
-      ASSERT_EQ(evidenceDifferenceOf(exact.grid(), pruned.grid()), "");
+      ASSERT_EQ(evidenceDifferenceOf(exact.evidence(), pruned.evidence()), "");
     }
-    observed += cellsOf(pruned.grid()).size();
-    leaves += leavesOf(pruned.grid());
-    for (const BlockWords& block : wordsOf(exact.grid())) EXPECT_FALSE(block.pruned);
+    observed += cellsOf(pruned.evidence()).size();
+    leaves += leavesOf(pruned.evidence());
+    for (const BlockWords& block : wordsOf(exact.evidence())) EXPECT_FALSE(block.pruned);
   }
   EXPECT_LE(leaves, observed);
 }
@@ -90,23 +90,23 @@ TEST(BgkMapProperty, LosslessPruningHoldsEqualOctantsOnce)
       BgkMap map(structure);
       const int edge = 1 << (blockDepth - 1);
       fill(map, {-edge, edge, 0}, edge, 0.25, 1.5, {});
-      EXPECT_EQ(map.grid().blockCount(), 1u);
-      EXPECT_EQ(leavesOf(map.grid()), 1u);
+      EXPECT_EQ(map.evidence().blockCount(), 1u);
+      EXPECT_EQ(leavesOf(map.evidence()), 1u);
       // A cell that disagrees splits its octants and leaves every other cell as it was.
       const CellIndex odd{-edge + 1, edge, 0};
       map.addEvidence(odd, 0.0, 0.5, {});
-      EXPECT_EQ(leavesOf(map.grid()),
-                (map.grid().shape().branching() - 1) * static_cast<size_t>(blockDepth - 1) + 1);
-      for (const CellEvidence& cell : cellsOf(map.grid()))
+      EXPECT_EQ(leavesOf(map.evidence()),
+                (map.evidence().shape().branching() - 1) * static_cast<size_t>(blockDepth - 1) + 1);
+      for (const CellEvidence& cell : cellsOf(map.evidence()))
       {
         EXPECT_EQ(cell.evidence.first, uint64_t{1} << 18);
         EXPECT_EQ(cell.evidence.second, cell.cell == odd ? uint64_t{1} << 21 : uint64_t{3} << 19);
       }
       // Agreement joins them again.
       const BgkMap split = map;
-      for (const CellEvidence& cell : cellsOf(split.grid()))
+      for (const CellEvidence& cell : cellsOf(split.evidence()))
         if (!(cell.cell == odd)) map.addEvidence(cell.cell, 0.0, 0.5, {});
-      EXPECT_EQ(leavesOf(map.grid()), 1u);
+      EXPECT_EQ(leavesOf(map.evidence()), 1u);
     }
 }
 
@@ -129,8 +129,8 @@ TEST(BgkMapProperty, StatePruningChangesNoState)
       unpruned.merge(pruned, thresholds);
       unpruned.insert(scan, made.inference, 1);
       pruned.insert(scan, made.inference, 1);
-      const std::vector<CellEvidence> cells = cellsOf(unpruned.grid());
-      ASSERT_EQ(cellsOf(pruned.grid()).size(), cells.size());
+      const std::vector<CellEvidence> cells = cellsOf(unpruned.evidence());
+      ASSERT_EQ(cellsOf(pruned.evidence()).size(), cells.size());
       for (const CellEvidence& cell : cells)
       {
         const auto estimate = pruned.cell(cell.cell, thresholds);
@@ -139,19 +139,19 @@ TEST(BgkMapProperty, StatePruningChangesNoState)
             << cell.cell.x << ", " << cell.cell.y << ", " << cell.cell.z;
       }
       // A held octant holds the mean of its cells, to rounding.
-      for (const BlockIndex& index : pruned.grid().sortedBlocks())
+      for (const BlockIndex& index : pruned.evidence().sortedBlocks())
       {
-        const CellIndex first = pruned.grid().firstCellOf(index);
-        pruned.grid().find(index)->visitLeaves(
-            pruned.grid().shape(),
+        const CellIndex first = pruned.evidence().firstCellOf(index);
+        pruned.evidence().find(index)->visitLeaves(
+            pruned.evidence().shape(),
             [&](uint32_t begin, uint32_t count, const CellSums& evidence)
             {
               double occupied = 0, free = 0;
               for (uint32_t offset = begin; offset < begin + count; ++offset)
               {
-                const CellIndex local = unpruned.grid().shape().localOf(offset);
+                const CellIndex local = unpruned.evidence().shape().localOf(offset);
                 const CellSums own =
-                    unpruned.grid().at({first.x + local.x, first.y + local.y, first.z + local.z});
+                    unpruned.evidence().at({first.x + local.x, first.y + local.y, first.z + local.z});
                 occupied += static_cast<double>(own.first) / count;
                 free += static_cast<double>(own.second) / count;
               }
@@ -160,8 +160,8 @@ TEST(BgkMapProperty, StatePruningChangesNoState)
             });
       }
     }
-    observed += cellsOf(pruned.grid()).size();
-    leaves += leavesOf(pruned.grid());
+    observed += cellsOf(pruned.evidence()).size();
+    leaves += leavesOf(pruned.evidence());
   }
   // It does prune.
   EXPECT_LT(leaves, observed * 9 / 10);
@@ -182,7 +182,7 @@ TEST(BgkMapProperty, StatePruningNeverJoinsObservedWithUnobservedCells)
     {
       exact.insert(scan, made.inference, 1);
       pruned.insert(scan, made.inference, 1);
-      const std::vector<CellEvidence> a = cellsOf(exact.grid()), b = cellsOf(pruned.grid());
+      const std::vector<CellEvidence> a = cellsOf(exact.evidence()), b = cellsOf(pruned.evidence());
       ASSERT_EQ(a.size(), b.size());
       for (size_t i = 0; i < a.size(); ++i) ASSERT_TRUE(a[i].cell == b[i].cell);
     }
@@ -200,14 +200,14 @@ TEST(BgkMap, SplitsAnOctantOfOneStateWhenEvidenceDisagrees)
     BgkMap map(structure);
     fill(map, {0, 0, 0}, 8, 0.0, 2.0, {});
     fill(map, {0, 0, 0}, 4, 0.0, 1.0, {});  // more evidence, the same state
-    EXPECT_EQ(leavesOf(map.grid()), 1u);
+    EXPECT_EQ(leavesOf(map.evidence()), 1u);
     EXPECT_EQ(map.cell({7, 7, 0}, {})->state, CellState::Free);
     const double pooled = map.cell({7, 7, 0}, {})->evidence[1];
 
     map.addEvidence({3, 3, 0}, 50.0, 0.0, {});
-    EXPECT_GT(leavesOf(map.grid()), 1u);
+    EXPECT_GT(leavesOf(map.evidence()), 1u);
     EXPECT_EQ(map.cell({3, 3, 0}, {})->state, CellState::Occupied);
-    for (const CellEvidence& cell : cellsOf(map.grid()))
+    for (const CellEvidence& cell : cellsOf(map.evidence()))
     {
       if (cell.cell == CellIndex{3, 3, 0}) continue;
       EXPECT_EQ(map.cell(cell.cell, {})->state, CellState::Free);
@@ -215,7 +215,7 @@ TEST(BgkMap, SplitsAnOctantOfOneStateWhenEvidenceDisagrees)
     }
     // Free again: held once again.
     map.addEvidence({3, 3, 0}, 0.0, 500.0, {});
-    EXPECT_EQ(leavesOf(map.grid()), 1u);
+    EXPECT_EQ(leavesOf(map.evidence()), 1u);
   }
 }
 
@@ -240,7 +240,7 @@ TEST(BgkMap, HoldsNoOctantWhoseMeanHasAnotherState)
             CellState::Occupied);
   for (const CellIndex& cell : {CellIndex{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}})
     EXPECT_EQ(map.cell(cell, thresholds)->state, CellState::Unknown) << cell.x << ", " << cell.y;
-  EXPECT_EQ(leavesOf(map.grid()), 4u);
+  EXPECT_EQ(leavesOf(map.evidence()), 4u);
 }
 }  // namespace
 }  // namespace lamap::test

@@ -49,7 +49,7 @@ TEST(StructuredLongTerm, MeanFollowsEquation426)
                      {
                        ++cells;
                        const double a0 = structure.priorAlpha, b0 = structure.priorBeta;
-                       const CellSums units = one.grid().at(cell);
+                       const CellSums units = one.evidence().at(cell);
                        const double y = static_cast<double>(units.first) * kEvidenceUnit;
                        const double k = y + static_cast<double>(units.second) * kEvidenceUnit;
                        worst = std::max(worst, std::abs(estimate.prob - (a0 + n * y) / (a0 + b0 + n * k)));
@@ -141,7 +141,7 @@ TEST(Structured, AnyOrderAndNumberOfThreadsGivesTheSameWords)
     for (const unsigned threads : {1u, 2u, 3u, 4u, 0u})
     {
       random.shuffle(scans);
-      EXPECT_EQ(differenceOf(reference.grid(), mapOf(threads).grid()), "") << threads << " threads";
+      EXPECT_EQ(differenceOf(reference.evidence(), mapOf(threads).evidence()), "") << threads << " threads";
     }
   }
 }

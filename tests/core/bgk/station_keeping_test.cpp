@@ -37,12 +37,12 @@ BgkMap repeated(const BgkMap& one, uint64_t n)
 /// Exactly n times the evidence, and the mean of eq. (4.26).
 void expectTimes(const BgkMap& one, const BgkMap& many, uint64_t n)
 {
-  const std::vector<CellEvidence> cells = cellsOf(one.grid());
+  const std::vector<CellEvidence> cells = cellsOf(one.evidence());
   ASSERT_FALSE(cells.empty());
-  ASSERT_EQ(cellsOf(many.grid()).size(), cells.size());
+  ASSERT_EQ(cellsOf(many.evidence()).size(), cells.size());
   for (const CellEvidence& cell : cells)
   {
-    const CellSums evidence = many.grid().at(cell.cell);
+    const CellSums evidence = many.evidence().at(cell.cell);
     ASSERT_EQ(evidence.first, n * cell.evidence.first);
     ASSERT_EQ(evidence.second, n * cell.evidence.second);
     const double y = static_cast<double>(cell.evidence.first) * kEvidenceUnit;
@@ -69,7 +69,7 @@ TEST(BgkMapProperty, EqualScansMultiplyTheEvidence)
     if (one.empty()) continue;
     for (int i = 0; i < 300; ++i) many.insert(scan, inference, 1);
     expectTimes(one, many, 300);
-    EXPECT_EQ(differenceOf(many.grid(), repeated(one, 300).grid()), "");
+    EXPECT_EQ(differenceOf(many.evidence(), repeated(one, 300).evidence()), "");
   }
 }
 
@@ -90,7 +90,7 @@ TEST(BgkMapProperty, TenMillionEqualScansLoseNothing)
     const uint64_t n = 10000000;
     const BgkMap many = repeated(one, n);
     expectTimes(one, many, n);
-    for (const BlockWords& block : wordsOf(many.grid())) anyWide |= block.wide;
+    for (const BlockWords& block : wordsOf(many.evidence())) anyWide |= block.wide;
     // One scan more on ten million.
     BgkMap more = many;
     more.merge(one, {});
@@ -115,7 +115,7 @@ TEST(BgkMapProperty, BlocksWidenWhereACountPasses32Bits)
       BgkMap one(structure);
       one.insert(scan, inference, 1);
       if (one.empty()) continue;
-      const std::vector<CellEvidence> cells = cellsOf(one.grid());
+      const std::vector<CellEvidence> cells = cellsOf(one.evidence());
 
       // A cell of the scan just below 2³²: in its occupied count, its free count, or both.
       const CellEvidence chosen = random.pick(cells);
@@ -125,30 +125,30 @@ TEST(BgkMapProperty, BlocksWidenWhereACountPasses32Bits)
       BgkMap map(structure);
       map.addEvidence(chosen.cell, static_cast<double>(start.first) * kEvidenceUnit,
                       static_cast<double>(start.second) * kEvidenceUnit, {});
-      ASSERT_TRUE(map.grid().at(chosen.cell) == start);
-      ASSERT_FALSE(map.grid().find(map.grid().blockOf(chosen.cell))->wide());
+      ASSERT_TRUE(map.evidence().at(chosen.cell) == start);
+      ASSERT_FALSE(map.evidence().find(map.evidence().blockOf(chosen.cell))->wide());
       map.insert(scan, inference, 1);
       for (const CellEvidence& cell : cells)
       {
         const bool isChosen = cell.cell == chosen.cell;
         const CellSums expected{cell.evidence.first + (isChosen ? start.first : 0),
                                 cell.evidence.second + (isChosen ? start.second : 0)};
-        ASSERT_TRUE(map.grid().at(cell.cell) == expected);
+        ASSERT_TRUE(map.evidence().at(cell.cell) == expected);
       }
-      const CellSums now = map.grid().at(chosen.cell);
-      EXPECT_EQ(map.grid().find(map.grid().blockOf(chosen.cell))->wide(),
+      const CellSums now = map.evidence().at(chosen.cell);
+      EXPECT_EQ(map.evidence().find(map.evidence().blockOf(chosen.cell))->wide(),
                 std::max(now.first, now.second) > below);
 
       // The same the other way round, and merged.
       BgkMap scanFirst = one;
       scanFirst.addEvidence(chosen.cell, static_cast<double>(start.first) * kEvidenceUnit,
                             static_cast<double>(start.second) * kEvidenceUnit, {});
-      EXPECT_EQ(differenceOf(scanFirst.grid(), map.grid()), "");
+      EXPECT_EQ(differenceOf(scanFirst.evidence(), map.evidence()), "");
       BgkMap alone(structure);
       alone.addEvidence(chosen.cell, static_cast<double>(start.first) * kEvidenceUnit,
                         static_cast<double>(start.second) * kEvidenceUnit, {});
       alone.merge(one, {});
-      EXPECT_EQ(differenceOf(alone.grid(), map.grid()), "");
+      EXPECT_EQ(differenceOf(alone.evidence(), map.evidence()), "");
     }
 }
 
@@ -163,9 +163,9 @@ TEST(BgkMap, RefusesEvidenceBeyond63BitsAndKeepsWhatItHas)
   map.addEvidence({0, 0, 0}, std::ldexp(1.0, 43) - 8e12 - 1.5, 0.0, {});
   const BgkMap before = map;
   EXPECT_THROW(map.addEvidence({0, 0, 0}, 2.0, 0.0, {}), std::overflow_error);
-  EXPECT_EQ(differenceOf(map.grid(), before.grid()), "");
+  EXPECT_EQ(differenceOf(map.evidence(), before.evidence()), "");
   EXPECT_THROW(map.merge(before, {}), std::overflow_error);
-  EXPECT_EQ(differenceOf(map.grid(), before.grid()), "");
+  EXPECT_EQ(differenceOf(map.evidence(), before.evidence()), "");
 
   // A scan whose one hit is that cell.
   const Scan scan = scanWith({fanOf({5, 0, 0}, {{0.05, 0.05, 0.05}})});
@@ -176,8 +176,8 @@ TEST(BgkMap, RefusesEvidenceBeyond63BitsAndKeepsWhatItHas)
         for (int i = 0; i < 3; ++i) map.insert(scan, inference, 1);
       },
       std::overflow_error);
-  EXPECT_GE(map.grid().at({0, 0, 0}).first, before.grid().at({0, 0, 0}).first);
-  EXPECT_LT(map.grid().at({0, 0, 0}).first, uint64_t{1} << 63);
+  EXPECT_GE(map.evidence().at({0, 0, 0}).first, before.evidence().at({0, 0, 0}).first);
+  EXPECT_LT(map.evidence().at({0, 0, 0}).first, uint64_t{1} << 63);
 }
 }  // namespace
 }  // namespace lamap::test

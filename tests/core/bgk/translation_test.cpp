@@ -20,12 +20,12 @@ namespace
 std::string differenceAfterMove(const BgkMap& here, const BgkMap& there, const CellIndex& by,
                                 uint64_t tolerance_units = 0)
 {
-  const std::vector<CellEvidence> cells = cellsOf(here.grid());
+  const std::vector<CellEvidence> cells = cellsOf(here.evidence());
   const auto apart = [](uint64_t a, uint64_t b) { return a > b ? a - b : b - a; };
   std::ostringstream text;
   for (const CellEvidence& cell : cells)
   {
-    const CellSums moved = there.grid().at({cell.cell.x + by.x, cell.cell.y + by.y, cell.cell.z + by.z});
+    const CellSums moved = there.evidence().at({cell.cell.x + by.x, cell.cell.y + by.y, cell.cell.z + by.z});
     if (apart(moved.first, cell.evidence.first) <= tolerance_units &&
         apart(moved.second, cell.evidence.second) <= tolerance_units)
       continue;
@@ -34,7 +34,7 @@ std::string differenceAfterMove(const BgkMap& here, const BgkMap& there, const C
          << moved.second << " there";
     return text.str();
   }
-  const size_t count = cellsOf(there.grid()).size();
+  const size_t count = cellsOf(there.evidence()).size();
   if (tolerance_units == 0 && count != cells.size())
     text << cells.size() << " cells here, " << count << " there";
   return text.str();

@@ -5,6 +5,7 @@
 #include <lamap_core/learning/lbfgs.h>
 #include <lamap_core/learning/sgd.h>
 #include <support/hilbert_oracle.h>
+#include <support/logistic_oracle.h>
 #include <support/seeded_scans.h>
 #include <support/seeds.h>
 
@@ -282,7 +283,7 @@ TEST(CompactRowsProperty, UncertainPointsHaveExpectedFeatures)
   }
 }
 
-TEST(LogisticProblemProperty, GradientEqualsCentralDifferences)
+TEST(FeatureRowsProperty, ProductsGiveTheGradientAndCurvatureOfTheLogisticLoss)
 {
   for (unsigned seed = 1; seed <= seeds(10); ++seed)
   {
@@ -292,8 +293,7 @@ TEST(LogisticProblemProperty, GradientEqualsCentralDifferences)
     built.set = randomTrainingSet(random, 150, 0.7);
     build(built, CompactKernel(), kSpacing, {});
     FeatureRows& rows = built.compact.rows();
-    std::vector<float> mean(rows.weights(), 0.0f), precision(rows.weights(), 0.0f), u(rows.weights(), 0.0f),
-        g;
+    std::vector<float> mean(rows.weights(), 0.0f), precision(rows.weights(), 0.0f), u(rows.weights(), 0.0f);
     for (const uint32_t j : rows.used())
     {
       mean[j] = static_cast<float>(random.uniform(-1, 1));
@@ -301,10 +301,8 @@ TEST(LogisticProblemProperty, GradientEqualsCentralDifferences)
       u[j] = static_cast<float>(random.uniform(-1, 1));
     }
     const LogisticProblem problem{rows, built.set.labels, built.set.weights, mean, precision};
-    const Workers workers(1);
-    problem.gradient(u, g, workers);
-    std::vector<float> curvature;
-    problem.curvature(u, curvature, workers);
+    const std::vector<float> g = gradientOf(problem, u);
+    const std::vector<float> curvature = curvatureOf(problem, u);
     for (const uint32_t j : rows.used())
     {
       constexpr float kStep = 0x1p-6f;
@@ -312,9 +310,9 @@ TEST(LogisticProblemProperty, GradientEqualsCentralDifferences)
       less[j] -= kStep;
       more[j] += kStep;
       const double width = static_cast<double>(more[j]) - less[j];
-      const double below = problem.objective(less, workers), above = problem.objective(more, workers);
+      const double below = objectiveOf(problem, less), above = objectiveOf(problem, more);
       ASSERT_NEAR(g[j], (above - below) / width, 2e-3 * (1 + std::abs(g[j])));
-      const double second = (above - 2 * problem.objective(u, workers) + below) / (width * width / 4);
+      const double second = (above - 2 * objectiveOf(problem, u) + below) / (width * width / 4);
       ASSERT_NEAR(curvature[j], second, 0.02 * (1 + second));
     }
   }

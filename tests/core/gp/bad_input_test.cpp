@@ -70,7 +70,7 @@ TEST(GpMapProperty, UnusableRaysChangeNothing)
     GpMap expected(structure), map(structure);
     const RayCounts before = expected.insert(good, inference, 1);
     const RayCounts after = map.insert(spoilt, inference, 1);
-    EXPECT_EQ(differenceOf(expected.grid(), map.grid()), "");
+    EXPECT_EQ(differenceOf(expected.evidence(), map.evidence()), "");
     EXPECT_EQ(after.leftOut(), before.leftOut() + added);
     expectFinite(map, inference);
   }

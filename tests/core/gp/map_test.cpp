@@ -45,13 +45,13 @@ TEST(GpMapProperty, EqualScansMultiplyTheEvidence)
       const GpMap same = power;
       power.merge(same, {});
     }
-    const std::vector<CellEvidence> cells = cellsOf(one.grid());
-    ASSERT_EQ(cellsOf(many.grid()).size(), cells.size());
+    const std::vector<CellEvidence> cells = cellsOf(one.evidence());
+    ASSERT_EQ(cellsOf(many.evidence()).size(), cells.size());
     for (const CellEvidence& cell : cells)
     {
       const auto expectTimes = [&](const GpMap& map, int64_t times)
       {
-        const CellSums evidence = map.grid().at(cell.cell);
+        const CellSums evidence = map.evidence().at(cell.cell);
         ASSERT_EQ(*SignedSums::decoded(evidence.first), times * *SignedSums::decoded(cell.evidence.first));
         ASSERT_EQ(*SignedSums::decoded(evidence.second), times * *SignedSums::decoded(cell.evidence.second));
       };

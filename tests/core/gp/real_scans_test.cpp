@@ -72,7 +72,7 @@ TEST(Structured, ScansInAnyOrderGiveTheSameBytes)
   const GpMap reference = mapOf(1);
   Random random(1);
   random.shuffle(scans);
-  EXPECT_EQ(differenceOf(reference.grid(), mapOf(2).grid()), "");
+  EXPECT_EQ(differenceOf(reference.evidence(), mapOf(2).evidence()), "");
 }
 
 }  // namespace

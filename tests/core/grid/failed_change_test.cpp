@@ -39,11 +39,11 @@ namespace
 {
 bool isSame(const BgkMap& a, const BgkMap& b)
 {
-  return a.grid() == b.grid();
+  return a.evidence() == b.evidence();
 }
 bool isSame(const GpMap& a, const GpMap& b)
 {
-  return a.grid() == b.grid();
+  return a.evidence() == b.evidence();
 }
 bool isSame(const OverlappingHilbertMap& a, const OverlappingHilbertMap& b)
 {

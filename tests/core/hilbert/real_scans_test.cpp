@@ -4,6 +4,7 @@
 #include <lamap_core/math/portable_math.h>
 #include <support/hilbert_oracle.h>
 #include <support/hilbert_states.h>
+#include <support/logistic_oracle.h>
 #include <support/pcd_points.h>
 
 #include <algorithm>

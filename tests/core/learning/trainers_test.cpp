@@ -5,6 +5,7 @@
 #include <lamap_core/learning/lbfgs.h>
 #include <lamap_core/learning/sgd.h>
 #include <support/hilbert_oracle.h>
+#include <support/logistic_oracle.h>
 #include <support/seeded_scans.h>
 #include <support/seeds.h>
 
@@ -55,12 +56,12 @@ TEST(LbfgsProperty, ReachesTheMinimumOfNewtonsMethod)
     const double least = denseObjective(built.dense, built.set, prior, oracle.mean);
     Lbfgs lbfgs;
     const Workers workers(1);
-    double last = problem.objective(mean, workers);
+    double last = objectiveOf(problem, mean);
     for (const int iterations : {1, 3, 10, 25, 200})
     {
       std::vector<float> u = mean;
-      lbfgs.minimize(problem, {iterations, 6}, u, workers);
-      const double reached = problem.objective(u, workers);
+      lbfgs.minimize(problem, iterations, u, workers);
+      const double reached = objectiveOf(problem, u);
       EXPECT_LE(reached, last * (1 + 1e-6)) << "after " << iterations;
       last = reached;
       EXPECT_LE(reached, least * (iterations < 10 ? 10 : iterations < 25 ? 1.01 : 1.001));
@@ -100,13 +101,13 @@ TEST(Trainers, SgdAndLbfgsReachTheSameObjectiveForTheSameL2Penalty)
         if (rows->bias() != j) precision[j] = static_cast<float>(kAlpha * static_cast<double>(set.size()));
       const LogisticProblem problem{*rows, set.labels, set.weights, mean, precision};
       std::vector<float> byLbfgs = mean, bySgd = mean;
-      Lbfgs().minimize(problem, {300, 8}, byLbfgs, workers);
+      Lbfgs().minimize(problem, 300, byLbfgs, workers);
       trainSgd(*rows, set.labels, set.weights, {{kAlpha, 300}, SgdPenalty::L2, seed}, 0, bySgd);
-      const double least = problem.objective(byLbfgs, workers);
-      const double reached = problem.objective(bySgd, workers);
+      const double least = objectiveOf(problem, byLbfgs);
+      const double reached = objectiveOf(problem, bySgd);
       EXPECT_LE(reached, least * 1.01);
       EXPECT_GE(reached, least * 0.9999);
-      EXPECT_LT(least, 0.9 * problem.objective(mean, workers));
+      EXPECT_LT(least, 0.9 * objectiveOf(problem, mean));
     }
   }
 }
@@ -291,7 +292,7 @@ TEST(Nystroem, TakesCoincidingPointsAndRefusesNone)
   FeatureRows rows;
   features.rowsOf(set, rows, Workers(1));
   std::vector<float> u(rows.weights(), 0.0f), zero = u, ones(rows.weights(), 0.1f);
-  Lbfgs().minimize({rows, set.labels, set.weights, zero, ones}, {25, 6}, u, Workers(1));
+  Lbfgs().minimize({rows, set.labels, set.weights, zero, ones}, 25, u, Workers(1));
   EXPECT_NEAR(features.logoddsAt(features.fold(u), {1, 2, 3}), 0.0, 0.05);
   EXPECT_THROW(NystroemFeatures(std::vector<Eigen::Vector3d>{}, 3, 3.0, 1), std::invalid_argument);
   EXPECT_THROW(NystroemFeatures(set.points, 0, 3.0, 1), std::invalid_argument);

@@ -67,20 +67,16 @@ TEST(PortableMath, LogarithmsFollowTheLibraryWithin1e14)
   {
     const double x = std::exp(random.uniform(-600, 600));
     if (std::abs(std::log(x)) > 1e-3) worst = std::max(worst, relative(portableLog(x), std::log(x)));
-    const double y = i % 2 == 0 ? random.uniform(0, 1) : std::exp(random.uniform(-40, 0));
-    worst = std::max(worst, relative(portableLog1p(y), std::log1p(y)));
   }
   EXPECT_LE(worst, 1e-14);
   EXPECT_EQ(portableLog(1.0), 0.0);
 }
 
-TEST(PortableMath, LogisticAndSoftplusHoldAtBothEnds)
+TEST(PortableMath, LogisticHoldsAtBothEnds)
 {
   for (const double f : {-800.0, -30.0, -1.0, 0.0, 1e-9, 2.0, 30.0, 800.0})
   {
     EXPECT_NEAR(logistic(f), 1 / (1 + std::exp(-f)), 1e-15) << f;
-    const double expected = f > 0 ? f + std::log1p(std::exp(-f)) : std::log1p(std::exp(f));
-    EXPECT_NEAR(softplus(f), expected, 1e-14 * std::max(1.0, expected)) << f;
     EXPECT_NEAR(logistic(static_cast<float>(f)), 1 / (1 + std::exp(-f)), 1e-6) << f;
   }
   EXPECT_EQ(logistic(0.0), 0.5);

@@ -89,7 +89,7 @@ TEST(OverlappingMapBadInput, PoorScansGiveFiniteMaps)
       const RayCounts counts = map.insert(poor[i], options.inference);
       EXPECT_GT(counts.used(), 0u);
       EXPECT_EQ(map.modelCount(), 1u);
-      EXPECT_GT(map.grid().blockCount(), 0u);
+      EXPECT_GT(map.evidence().blockCount(), 0u);
       expectFinite(map);
       if (i < 2 && options.structure.outOfFieldLimit > 0)
       {

@@ -67,8 +67,8 @@ TEST(OverlappingMapProperty, EqualScansGiveExactlySoManyTimesTheEvidence)
     const OverlappingHilbertMap once = mapOf(options, {scan});
     constexpr int64_t kTimes = 7;
     const OverlappingHilbertMap often = mapOf(options, std::vector<Scan>(kTimes, scan));
-    const std::vector<CellEvidence> one = cellsOf(once.grid());
-    const std::vector<CellEvidence> many = cellsOf(often.grid());
+    const std::vector<CellEvidence> one = cellsOf(once.evidence());
+    const std::vector<CellEvidence> many = cellsOf(often.evidence());
     ASSERT_EQ(one.size(), many.size());
     ASSERT_GT(one.size(), 20u);
     for (size_t i = 0; i < one.size(); ++i)
@@ -92,10 +92,10 @@ TEST(OverlappingMapProperty, MillionsOfEqualScansAreExactToo)
   const OverlappingHilbertMap once = mapOf(options, {roomScan(random, smallRoom(options))});
   OverlappingHilbertMap map = once;
   for (int i = 0; i < 24; ++i) map.merge(OverlappingHilbertMap(map), {});
-  for (const CellEvidence& cell : cellsOf(once.grid()))
+  for (const CellEvidence& cell : cellsOf(once.evidence()))
   {
     const SignedSums a = SignedSums::of(cell.evidence);
-    const SignedSums b = SignedSums::of(map.grid().at(cell.cell));
+    const SignedSums b = SignedSums::of(map.evidence().at(cell.cell));
     ASSERT_EQ(b.first.value_or(0), (int64_t{1} << 24) * a.first.value_or(0));
     ASSERT_EQ(b.second.value_or(0), (int64_t{1} << 24) * a.second.value_or(0));
   }
@@ -139,7 +139,7 @@ TEST(OverlappingMapProperty, MovingModelsIsBuildingWithTheNewPoses)
       single.setModelPose(0, map.modelPose(i), {});
       again.merge(single, {});
     }
-    EXPECT_EQ(differenceOf(map.grid(), again.grid()), "");
+    EXPECT_EQ(differenceOf(map.evidence(), again.evidence()), "");
 
     // And with models trained anew from the moved scans, to rounding. (What descends along the whole kernel's
     // ill-conditioned features makes much of a last bit.)
@@ -171,16 +171,16 @@ TEST(OverlappingMap, ModelsMovedThereAndBackLeaveNoTrace)
   Eigen::Isometry3d away = home;
   away.translation().x() += 3.0;
   map.setModelPose(1, away, {});
-  EXPECT_NE(differenceOf(before.grid(), map.grid()), "");
+  EXPECT_NE(differenceOf(before.evidence(), map.evidence()), "");
   map.setModelPose(1, home, {});
-  EXPECT_EQ(differenceOf(before.grid(), map.grid()), "");
+  EXPECT_EQ(differenceOf(before.evidence(), map.evidence()), "");
   EXPECT_THROW(map.setModelPose(3, home, {}), std::out_of_range);
   away.linear() *= 2;
   EXPECT_THROW(map.setModelPose(0, away, {}), std::invalid_argument);
   away = home;
   away.translation().x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(map.setModelPose(0, away, {}), std::invalid_argument);
-  EXPECT_EQ(differenceOf(before.grid(), map.grid()), "");
+  EXPECT_EQ(differenceOf(before.evidence(), map.evidence()), "");
 }
 
 /// Rays are taken as the sensor gives them: nothing of the map's frame is in a model.
@@ -209,11 +209,11 @@ TEST(OverlappingMap, BlockDepthChangesNoCell)
   Random random(5);
   OverlappingOptions options;
   const std::vector<Scan> scans = roomScans(random, smallRoom(options), 2);
-  const std::vector<CellEvidence> reference = cellsOf(mapOf(options, scans).grid());
+  const std::vector<CellEvidence> reference = cellsOf(mapOf(options, scans).evidence());
   for (const int depth : {2, 3, 5, 6})
   {
     options.structure.blockDepth = depth;
-    const std::vector<CellEvidence> cells = cellsOf(mapOf(options, scans).grid());
+    const std::vector<CellEvidence> cells = cellsOf(mapOf(options, scans).evidence());
     ASSERT_EQ(cells.size(), reference.size());
     for (size_t i = 0; i < cells.size(); ++i)
       ASSERT_TRUE(cells[i].cell == reference[i].cell && cells[i].evidence == reference[i].evidence);
@@ -340,8 +340,8 @@ OverlappingHilbertMap copiedByParts(const OverlappingHilbertMap& map)
       to.findOrCreate(block.index) =
           EvidenceBlock::fromWords(from.shape(), block.wide, block.pruned, block.words);
   };
-  copyGrid(map.grid(), copy.grid());
-  copyGrid(map.writtenGrid(), copy.writtenGrid());
+  copyGrid(map.evidence(), copy.evidence());
+  copyGrid(map.writtenEvidence(), copy.writtenEvidence());
   std::vector<PlacedModel> models;
   for (const auto& [pose, model] : map.models())
   {
@@ -415,7 +415,7 @@ TEST(OverlappingMap, WithoutModelsThereAreCellsOnly)
   const OverlappingHilbertMap keeping = mapOf(options, scans);
   options.structure.keepModels = false;
   OverlappingHilbertMap map = mapOf(options, scans);
-  EXPECT_EQ(differenceOf(keeping.grid(), map.grid()), "");
+  EXPECT_EQ(differenceOf(keeping.evidence(), map.evidence()), "");
   EXPECT_EQ(map.modelCount(), 0u);
   EXPECT_THROW((void)map.continuousAt(Eigen::Vector3d::Zero(), {}), std::logic_error);
   EXPECT_THROW((void)map.resampled(0.2, {}), std::logic_error);

@@ -15,7 +15,7 @@ namespace
 const double kNan = std::numeric_limits<double>::quiet_NaN();
 const double kInf = std::numeric_limits<double>::infinity();
 
-SelectedRays selected(const std::vector<RayFan>& fans, const RangeLimits& limits = {})
+SelectedRays selected(const std::vector<RayFan>& fans, const RangeOptions& limits = {})
 {
   return selectRays(scanWith(fans), limits);
 }
@@ -50,8 +50,8 @@ TEST(RaySelection, KeepsHitsAsTheyAre)
 
 TEST(RaySelection, CutsRaysAtTheMaximumRangeAndTakesTheirHit)
 {
-  RangeLimits limits;
-  limits.max_m = 5;
+  RangeOptions limits;
+  limits.maxRange = 5;
   const SelectedRays rays = selected({fanOf({1, 1, 1}, {{1, 1, 6}, {1, 1, 6.5}, {7, 9, 1}})}, limits);
   ASSERT_EQ(endsOf(rays.scan.fans[0]).size(), 1u);  // at exactly the maximum range is a hit
   ASSERT_EQ(freeRaysOf(rays.scan.fans[0]).size(), 2u);
@@ -64,10 +64,10 @@ TEST(RaySelection, CutsRaysAtTheMaximumRangeAndTakesTheirHit)
 TEST(RaySelection, PrefersItsOwnMaximumRangeToTheStatedOne)
 {
   const Eigen::Vector3d at9(9, 0, 0);
-  RangeLimits limits;
+  RangeOptions limits;
   const auto hits = [&](double own, double stated)
   {
-    limits.max_m = own;
+    limits.maxRange = own;
     return selected({fanOf({0, 0, 0}, {at9}, {}, 0, stated)}, limits).counts.hits;
   };
   EXPECT_EQ(hits(0, 0), 1u);
@@ -79,10 +79,10 @@ TEST(RaySelection, PrefersItsOwnMaximumRangeToTheStatedOne)
 
 TEST(RaySelection, TakesTheLargerOfBothMinimumRanges)
 {
-  RangeLimits limits;
+  RangeOptions limits;
   const auto tooNear = [&](double own, double stated)
   {
-    limits.min_m = own;
+    limits.minRange = own;
     return selected({fanOf({0, 0, 0}, {{0.5, 0, 0}, {1, 0, 0}, {1.5, 0, 0}}, {}, stated, 0)}, limits)
         .counts.tooNear;
   };
@@ -95,8 +95,8 @@ TEST(RaySelection, TakesTheLargerOfBothMinimumRanges)
 
 TEST(RaySelection, EndsRaysWithoutReturnAtTheMaximumRange)
 {
-  RangeLimits limits;
-  limits.max_m = 10;
+  RangeOptions limits;
+  limits.maxRange = 10;
   const SelectedRays rays = selected(
       {fanOf({1, 0, 0}, {}, {{0, 0.003, 0.004}, {-200, 0, 0}, {0, 1e-200, 0}, {0, 0, 1e200}})}, limits);
   ASSERT_EQ(rays.counts.freeOnly, 4u);
@@ -108,10 +108,10 @@ TEST(RaySelection, EndsRaysWithoutReturnAtTheMaximumRange)
 
 TEST(RaySelection, LeavesOutRaysWithoutReturnThatHaveNoEndOrAreNotWanted)
 {
-  RangeLimits limits;
+  RangeOptions limits;
   EXPECT_EQ(selected({fanOf({0, 0, 0}, {}, {{1, 0, 0}})}, limits).counts.unbounded, 1u);
   EXPECT_EQ(selected({fanOf({0, 0, 0}, {}, {{1, 0, 0}}, 0, 4)}, limits).counts.freeOnly, 1u);
-  limits.noReturnIsFree = false;
+  limits.considerInvalidRangesAsFreeSpace = false;
   EXPECT_EQ(selected({fanOf({0, 0, 0}, {}, {{1, 0, 0}}, 0, 4)}, limits).counts.unbounded, 1u);
   // A return beyond the maximum range is no ray without return.
   EXPECT_EQ(selected({fanOf({0, 0, 0}, {{5, 0, 0}}, {}, 0, 4)}, limits).counts.freeOnly, 1u);
@@ -119,8 +119,8 @@ TEST(RaySelection, LeavesOutRaysWithoutReturnThatHaveNoEndOrAreNotWanted)
 
 TEST(RaySelection, CountsWhatIsNotFiniteOrHasNoLength)
 {
-  RangeLimits limits;
-  limits.max_m = 10;
+  RangeOptions limits;
+  limits.maxRange = 10;
   const SelectedRays rays =
       selected({fanOf({1, 1, 1}, {{kNan, 0, 0}, {0, kInf, 0}, {0, 0, -kInf}, {1, 1, 1}, {2, 1, 1}},
                       {{kNan, 0, 1}, {kInf, 0, 0}, {0, 0, 0}, {1, 0, 0}}),
@@ -137,9 +137,9 @@ TEST(RaySelection, CountsWhatIsNotFiniteOrHasNoLength)
 TEST(RaySelection, CountsDecimationThroughTheScanInTheOrderOfTheSensor)
 {
   // Seven rays, then four: with every third used, those are 0, 3, 6 and 9.
-  RangeLimits limits;
-  limits.max_m = 50;
-  limits.decimation = 3;
+  RangeOptions limits;
+  limits.maxRange = 50;
+  limits.rayDecimation = 3;
   RayFan first, second;
   first.addReturn({1, 0, 0});
   first.add(RayEnd::NoReturn, {1, 0, 0});
@@ -169,8 +169,8 @@ TEST(RaySelection, CountsDecimationThroughTheScanInTheOrderOfTheSensor)
 
 TEST(RaySelection, KeepsTheSensorAndTheOrderOfItsRays)
 {
-  RangeLimits limits;
-  limits.max_m = 5;
+  RangeOptions limits;
+  limits.maxRange = 5;
   Scan scan;
   scan.sensorPose_map.translation() = Eigen::Vector3d(100, 0, 0);
   scan.sensorPose_map.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -223,11 +223,11 @@ TEST(RaySelection, AccountsForEveryRay)
     const Scan scan = randomScan(random, recipe);
     size_t all = 0;
     for (const RayFan& fan : scan.fans) all += fan.rays.size();
-    RangeLimits limits;
-    limits.decimation = static_cast<uint32_t>(random.integer(1, 5));
-    limits.min_m = random.uniform(0, 0.2);
-    limits.max_m = random.chance(0.5) ? random.uniform(0.3, 1) : 0;
-    limits.noReturnIsFree = random.chance(0.5);
+    RangeOptions limits;
+    limits.rayDecimation = static_cast<uint32_t>(random.integer(1, 5));
+    limits.minRange = random.uniform(0, 0.2);
+    limits.maxRange = random.chance(0.5) ? random.uniform(0.3, 1) : 0;
+    limits.considerInvalidRangesAsFreeSpace = random.chance(0.5);
     const SelectedRays rays = selectRays(scan, limits);
     size_t hits = 0, freeOnly = 0;
     for (const RayFan& fan : rays.scan.fans)
@@ -239,7 +239,7 @@ TEST(RaySelection, AccountsForEveryRay)
     EXPECT_EQ(sumOf(rays.counts), all);
     EXPECT_EQ(rays.counts.hits, hits);
     EXPECT_EQ(rays.counts.freeOnly, freeOnly);
-    EXPECT_EQ(rays.counts.decimated, all - (all + limits.decimation - 1) / limits.decimation);
+    EXPECT_EQ(rays.counts.decimated, all - (all + limits.rayDecimation - 1) / limits.rayDecimation);
   }
 }
 
@@ -264,7 +264,7 @@ TEST(RaySelection, AddsItsCounts)
 
 TEST(RaySelection, RefusesBadLimitsByNameAndValue)
 {
-  const auto expectRefused = [](const RangeLimits& limits, const std::string& name, const std::string& value)
+  const auto expectRefused = [](const RangeOptions& limits, const std::string& name, const std::string& value)
   {
     try
     {
@@ -277,19 +277,19 @@ TEST(RaySelection, RefusesBadLimitsByNameAndValue)
       EXPECT_NE(std::string(error.what()).find(value), std::string::npos) << error.what();
     }
   };
-  RangeLimits limits;
+  RangeOptions limits;
   for (const auto& [bad, printed] :
        std::vector<std::pair<double, std::string>>{{-0.5, "-0.5"}, {kNan, "nan"}, {kInf, "inf"}})
   {
     limits = {};
-    limits.min_m = bad;
+    limits.minRange = bad;
     expectRefused(limits, "minRange", printed);
     limits = {};
-    limits.max_m = bad;
+    limits.maxRange = bad;
     expectRefused(limits, "maxRange", printed);
   }
   limits = {};
-  limits.decimation = 0;
+  limits.rayDecimation = 0;
   expectRefused(limits, "rayDecimation", "0");
 }
 }  // namespace

@@ -60,13 +60,13 @@ TEST(HilbertTrainingSet, RaysWithoutAReturnAreFreeUpToTheirEnd)
   HilbertSampling sampling;
   sampling.trainingPoints = HilbertPoints::Points;
   const HilbertFrame frame = *HilbertFrame::inMap({0, 0, 0}, kResolution, kSpacing, {});
-  RangeLimits limits;
-  limits.max_m = 1.0;
+  RangeOptions limits;
+  limits.maxRange = 1.0;
   const HilbertTrainingSet set = trainingSetOf(scan, limits, sampling, frame);
   ASSERT_EQ(set.size(), 4u);  // 1.0, 0.7, 0.4, 0.1
   EXPECT_NEAR(set.points[0].z() + anchorCorner(frame).z(), 1.0, 1e-7);
   EXPECT_NEAR(set.points[3].z() + anchorCorner(frame).z(), 0.1, 1e-7);
-  limits.noReturnIsFree = false;
+  limits.considerInvalidRangesAsFreeSpace = false;
   RayCounts counts;
   EXPECT_EQ(trainingSetOf(scan, limits, sampling, frame, &counts).size(), 0u);
   EXPECT_EQ(counts.unbounded, 1u);
@@ -84,8 +84,8 @@ TEST(HilbertTrainingSetProperty, CellsCountOnceAndNoFreeCellHasAHit)
     const Scan scan = randomScan(random, recipe);
     HilbertSampling sampling;
     sampling.freeMargin = random.pick<double>({0.0, 0.15, 0.4});
-    RangeLimits limits;
-    limits.max_m = random.pick<double>({0.0, 1.5});
+    RangeOptions limits;
+    limits.maxRange = random.pick<double>({0.0, 1.5});
     const Eigen::Vector3d near = scan.fans[0].centre;
     const HilbertFrame frame = *HilbertFrame::inMap(near, kResolution, kSpacing, {});
     RayCounts counts;

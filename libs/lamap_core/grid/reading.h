@@ -1,0 +1,46 @@
+#pragma once
+
+#include <lamap_core/grid/cell.h>
+#include <lamap_core/grid/cell_sums.h>
+
+#include <functional>
+#include <stdexcept>
+
+namespace lamap
+{
+/** What the Readings of learners have in common: a legal structure, means of all sums, evidence that adds to
+ * that of the same structure, and no map as the prior. A learner hides what differs. */
+template <typename MapStructure, SumKind kSums>
+class ReadingOf
+{
+ public:
+  using Structure = MapStructure;
+  static constexpr SumKind kKind = kSums;
+
+  /// @throws std::invalid_argument as the structure's validate().
+  explicit ReadingOf(const Structure& structure) : structure_(structure) { structure_.validate(); }
+
+  [[nodiscard]] const Structure& structure() const { return structure_; }
+  [[nodiscard]] bool mean(const CellSums* cells, uint32_t count, CellSums& mean) const
+  {
+    mean = meanSums(kKind, cells, count);
+    return true;
+  }
+  /// Pruning may differ.
+  void requireAddable(const ReadingOf& other) const
+  {
+    Structure theirs = other.structure_;
+    theirs.pruning = structure_.pruning;
+    if (!(theirs == structure_))
+      throw std::invalid_argument("the other map was made with other creation options than this one");
+  }
+
+  [[nodiscard]] bool hasPriorMap() const { return false; }
+  [[nodiscard]] bool priorKnows(const CellIndex&) const { return false; }
+  void visitPriorCells(const std::function<void(const CellIndex&)>&) const {}
+
+ protected:
+  Structure structure_;
+};
+
+}  // namespace lamap

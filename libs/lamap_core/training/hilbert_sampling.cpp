@@ -1,0 +1,95 @@
+#include <lamap_core/training/hilbert_sampling.h>
+
+#include <lamap_core/options/legal_range.h>
+
+#include <cmath>
+
+namespace lamap
+{
+namespace
+{
+Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v)
+{
+  Eigen::Matrix3d matrix;
+  matrix << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return matrix;
+}
+
+template <typename Matrix>
+void requireCovariance(const Matrix& covariance, const char* name)
+{
+  for (int row = 0; row < covariance.rows(); ++row)
+  {
+    requireLegal(covariance(row, row) >= 0 && std::isfinite(covariance(row, row)), name, covariance(row, row),
+                 "a covariance: finite, with variances >= 0");
+    for (int column = 0; column < row; ++column)
+    {
+      const double one = covariance(row, column);
+      const double other = covariance(column, row);
+      const double largest = std::sqrt(covariance(row, row)) * std::sqrt(covariance(column, column));
+      requireLegal(std::isfinite(one) && std::abs(one - other) <= 1e-6 * largest + 1e-300 &&
+                       std::abs(one) <= largest * (1 + 1e-6),
+                   name, one, "a covariance: symmetric, no larger than its variances allow");
+    }
+  }
+}
+
+}  // namespace
+
+SamplingRules HilbertSampling::rules() const
+{
+  const bool asCells = trainingPoints == HilbertPoints::Cells;
+  SamplingRules rules;
+  rules.samplesFrom = SamplesFrom::End;
+  rules.points = asCells ? TrainingPoints::Cells : TrainingPoints::Centroids;
+  rules.freeResolution = freeResolution;
+  rules.freeMargin = freeMargin;
+  rules.protectHits = asCells ? 1 : 0;
+  rules.hitWeight = hitWeight;
+  rules.freeWeight = freeWeight;
+  return rules;
+}
+
+bool HilbertUncertainty::any() const
+{
+  return !pose.isZero(0) || rangeStd_m > 0 || !point.isZero(0);
+}
+
+void HilbertUncertainty::validate() const
+{
+  requireCovariance(pose, "covariance of the pose");
+  requireCovariance(point, "covariance of a point");
+  requireLegal(centre.allFinite(), "centre of rotation", centre.sum(), "finite");
+  requireLegal(rangeStd_m >= 0 && std::isfinite(rangeStd_m), "standard deviation of ranges", rangeStd_m,
+               "a finite length >= 0");
+}
+
+Eigen::Matrix3d HilbertUncertainty::of(const Eigen::Vector3d& place, const Eigen::Vector3d& sensor) const
+{
+  Eigen::Matrix<double, 3, 6> change;  // of the place with the pose: t + ω × (place − centre)
+  change.leftCols<3>().setIdentity();
+  change.rightCols<3>() = -crossMatrix(place - centre);
+  // Products without Eigen's kernels, which may fuse where a processor can.
+  Eigen::Matrix3d sum = point;
+  const Eigen::Vector3d ray = place - sensor;
+  const double squaredRange = ray.squaredNorm();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+    {
+      for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j) sum(row, column) += change(row, i) * pose(i, j) * change(column, j);
+      if (squaredRange > 0)
+        sum(row, column) += rangeStd_m * rangeStd_m * ray[row] * ray[column] / squaredRange;
+    }
+  return sum;
+}
+
+Eigen::Matrix3d inPlane(const Eigen::Matrix3d& covariance)
+{
+  Eigen::Matrix3d flat = covariance;
+  flat.row(2).setZero();
+  flat.col(2).setZero();
+  return flat;
+}
+
+}  // namespace lamap

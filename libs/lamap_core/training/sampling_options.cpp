@@ -1,0 +1,34 @@
+#include <lamap_core/training/sampling_options.h>
+
+namespace lamap
+{
+void SamplingOptions::setAsInThesis()
+{
+  trainingPoints = TrainingPoints::Centroids;
+  hitDownsampling = 0.1;
+  freeMargin = 0.0;
+  protectHits = 0;
+  considerInvalidRangesAsFreeSpace = false;
+}
+
+SamplingRules SamplingOptions::rulesWith(FreeSpace freeSpace) const
+{
+  SamplingRules rules;
+  rules.freeSpace = freeSpace;
+  rules.points = trainingPoints;
+  rules.freeResolution = *freeResolution;
+  rules.freeMargin = *freeMargin;
+  rules.freeDownsampling = freeDownsampling;
+  rules.hitDownsampling = *hitDownsampling;
+  rules.protectHits = protectHits;
+  return rules;
+}
+
+RangeOptions SamplingOptions::limitsWith(FreeSpace freeSpace) const
+{
+  RangeOptions limits = *this;
+  if (freeSpace == FreeSpace::None) limits.considerInvalidRangesAsFreeSpace = false;
+  return limits;
+}
+
+}  // namespace lamap
