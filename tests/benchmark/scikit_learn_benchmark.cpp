@@ -9,7 +9,11 @@
 #include <lamap_core/math/portable_math.h>
 #include <lamap_core/metrics/metrics.h>
 #include <lamap_core/overlapping/map.h>
+#include <lamap_core/overlapping/model_trainer.h>
+#include <lamap_core/scan/lattice_frame.h>
 #include <lamap_core/scan/scan_frame.h>
+#include <lamap_core/training/hilbert_training.h>
+#include <lamap_core/training/sampler.h>
 #include <lamap_sim/scanner.h>
 #include <lamap_sim/truth.h>
 #include <support/pcd_points.h>
