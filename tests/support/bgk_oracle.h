@@ -28,6 +28,7 @@ struct FreeLine
 {
   Eigen::Vector3d p_map;
   Eigen::Vector3d q_map;
+  bool hasHit = true;  ///< behind its end
 
   /// Thesis eq. (4.30), (4.31), the parameter divided by |PQ|².
   [[nodiscard]] double distanceTo(const Eigen::Vector3d& point_map) const;

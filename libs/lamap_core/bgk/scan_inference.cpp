@@ -69,6 +69,15 @@ std::optional<std::pair<CellIndex, CellIndex>> markedBox(const BlockMasks& masks
                         CellIndex{63 - __builtin_clzll(columns), highest / kEdge, zLast});
 }
 
+/// Calls visit(cell) for each marked cell, by its place among a block's sums.
+template <typename Visit>
+void forEachCell(const CellMask& mask, Visit&& visit)
+{
+  for (size_t z = 0; z < mask.size(); ++z)
+    for (uint64_t rest = mask[z]; rest != 0; rest &= rest - 1)
+      visit(z * kEdge * kEdge + static_cast<size_t>(__builtin_ctzll(rest)));
+}
+
 void clearSums(const Layers& layers, BlockSums& sums)
 {
   if (!layers.any()) return;
@@ -116,7 +125,7 @@ class BgkScanInference::Implementation
   Layers addPoints(const std::vector<Eigen::Vector3d>& points, const BlockLists::Range& list,
                    const WeightedKernel& weights, const BlockPlace& place, BlockSums& sums) const;
   Layers addSegments(const BlockLists::Range& list, const WeightedKernel& weights, const BlockPlace& place,
-                     BlockSums& sums) const;
+                     const BlockMasks* masks, BlockSums& sums) const;
   void inferGroup(const BlockGroups::Group& group, const BlockShape& shape, Worker& worker) const;
   void draftPart(const CellIndex& from, int part, const Layers& layers, uint32_t base, Worker& worker) const;
   [[nodiscard]] BlockPlace placeOf(const BlockIndex& target) const;
@@ -365,14 +374,25 @@ Layers BgkScanInference::Implementation::addPoints(const std::vector<Eigen::Vect
 /// As addPoints(). A ray may stand in the list several times, one behind the other.
 Layers BgkScanInference::Implementation::addSegments(const BlockLists::Range& list,
                                                      const WeightedKernel& weights, const BlockPlace& place,
-                                                     BlockSums& sums) const
+                                                     const BlockMasks* masks, BlockSums& sums) const
 {
+  std::vector<std::pair<size_t, int64_t>> ended;  // cells in which rays ended, and their sums
+  if (masks != nullptr) forEachCell(masks->ended, [&](size_t cell) { ended.emplace_back(cell, 0); });
   bool any = false;
   uint32_t last = UINT32_MAX;
   for (const uint32_t i : list)
   {
-    if (i != last) any |= addSegment(weights, training_->freeSegments[i], place, sums);
+    if (i == last) continue;
     last = i;
+    const FreeSegment& segment = training_->freeSegments[i];
+    if (segment.hasHit)
+    {
+      any |= addSegment(weights, segment, place, sums);
+      continue;
+    }
+    for (auto& [cell, sum] : ended) sum = sums[cell];
+    any |= addSegment(weights, segment, place, sums);
+    for (const auto& [cell, sum] : ended) sums[cell] = sum;
   }
   return any ? Layers{0, kEdge} : Layers{};
 }
@@ -382,6 +402,9 @@ Layers BgkScanInference::Implementation::addSegments(const BlockLists::Range& li
 Layers BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker) const
 {
   const BlockIndex& block = targets_.blocks()[target];
+  const int32_t number = training_->blocks.find(block);
+  const bool hasMasks = number >= 0 && static_cast<size_t>(number) < training_->masks.size();
+  const BlockMasks* masks = hasMasks ? &training_->masks[static_cast<size_t>(number)] : nullptr;
   Layers reached;
   if (weights_->inference.trainingPoints == TrainingPoints::Cells)
   {
@@ -403,17 +426,9 @@ Layers BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker)
     reached.include(
         training_->freeSegments.empty()
             ? addPoints(training_->freePoints, freeLists_.of(target), weights, placeOf(block), worker.free)
-            : addSegments(freeLists_.of(target), weights, placeOf(block), worker.free));
+            : addSegments(freeLists_.of(target), weights, placeOf(block), masks, worker.free));
   }
-
-  const int32_t number = training_->blocks.find(block);
-  if (number < 0 || static_cast<size_t>(number) >= training_->masks.size()) return reached;
-  const CellMask& protectedHit = training_->masks[static_cast<size_t>(number)].protectedHit;
-  for (size_t z = 0; z < kEdge; ++z)
-  {
-    for (uint64_t rest = protectedHit[z]; rest != 0; rest &= rest - 1)
-      worker.free[z * kEdge * kEdge + static_cast<size_t>(__builtin_ctzll(rest))] = 0;
-  }
+  if (masks != nullptr) forEachCell(masks->protectedHit, [&](size_t cell) { worker.free[cell] = 0; });
   return reached;
 }
 

@@ -1,4 +1,5 @@
 #include <lamap_core/scan/depth_view.h>
+#include <lamap_core/scan/direction_angles.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,32 +13,6 @@ namespace
 {
 using Four = Eigen::Array4f;
 constexpr double kPi = 3.141592653589793;
-
-/// Angles of (x, y) from the x axis, in [−π, π], error below 1e-5 rad; 0 for the origin. Uses only additions,
-/// multiplications and divisions, each rounded separately.
-Four anglesOf(const Four& y, const Four& x)
-{
-  constexpr auto kPiF = static_cast<float>(kPi);
-  const Four ax = x.abs();
-  const Four ay = y.abs();
-  const Four larger = ax.max(ay).max(1e-30f);
-  const Four z = ax.min(ay) / larger;
-  const Four s = z * z;
-  Four sum = Four::Constant(-0.01172120f);
-  for (const float term : {0.05265332f, -0.11643287f, 0.19354346f, -0.33262347f, 0.99997726f})
-  {
-    const Four product = sum * s;
-    sum = product + term;
-  }
-  Four angle = sum * z;
-  for (int i = 0; i < 4; ++i)
-  {
-    if (ay[i] > ax[i]) angle[i] = 0.5f * kPiF - angle[i];
-    if (x[i] < 0) angle[i] = kPiF - angle[i];
-    if (y[i] < 0) angle[i] = -angle[i];
-  }
-  return angle;
-}
 
 auto fieldsOf(const DepthView::Image& i)
 {

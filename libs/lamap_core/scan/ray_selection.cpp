@@ -1,10 +1,11 @@
-#include <lamap_core/scan/ray_selection.h>
-
 #include <lamap_core/options/shared_options.h>
+#include <lamap_core/scan/open_space.h>
+#include <lamap_core/scan/ray_selection.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace lamap
 {
@@ -19,21 +20,30 @@ bool isPlace(const Eigen::Vector3d& point)
   return (point.array().abs() <= kMaxCoordinate_m).all();  // false for NaN
 }
 
+/// The smaller of two maximum ranges; infinite where neither is stated.
+double smallerRange(double one_m, double other_m)
+{
+  double smaller_m = std::numeric_limits<double>::infinity();
+  for (const double range_m : {one_m, other_m})
+    if (range_m > 0) smaller_m = std::min(smaller_m, range_m);
+  return smaller_m;
+}
+
 /// Selects the rays of one fan.
 class FanSelector
 {
  public:
   FanSelector(const RayFan& fan, const RangeOptions& limits, RayCounts& counts)
       : min_m_(std::max(limits.minRange, fan.statedRangeMin_m)),
-        max_m_(limits.maxRange > 0 ? limits.maxRange : fan.statedRangeMax_m),
-        noReturnIsFree_(limits.considerInvalidRangesAsFreeSpace),
+        max_m_(smallerRange(limits.maxRange, fan.statedRangeMax_m)),
+        openSpace_(limits.considerInvalidRangesAsFreeSpace ? std::make_optional<OpenSpace>(fan, min_m_)
+                                                           : std::nullopt),
         counts_(counts)
   {
     selected.centre = fan.centre;
     selected.beam = fan.beam;
     selected.statedRangeMin_m = min_m_;
-    selected.statedRangeMax_m = max_m_ > 0 ? max_m_ : 0;
-    if (!(max_m_ > 0)) max_m_ = std::numeric_limits<double>::infinity();
+    selected.statedRangeMax_m = std::isfinite(max_m_) ? max_m_ : 0;
   }
 
   void add(const Ray& ray)
@@ -43,9 +53,9 @@ class FanSelector
       case RayEnd::Return:
         return addReturn(ray);
       case RayEnd::NoReturn:
-        return addFree(ray, max_m_);
+        return addNoReturn(ray);
       case RayEnd::Cut:
-        return addFree(ray, std::min(max_m_, ray.end.norm()));
+        return addCut(ray);
       case RayEnd::Dropped:
         return count(counts_.dropped);
       case RayEnd::TooNear:
@@ -72,15 +82,37 @@ class FanSelector
     count(counts_.hits);
   }
 
+  void addNoReturn(const Ray& ray)
+  {
+    if (!isDirection(ray)) return;
+    if (!openSpace_) return count(counts_.unbounded);
+    const double length_m = std::min(max_m_, openSpace_->reach_m(ray.end));
+    if (!std::isfinite(length_m)) return count(counts_.unbounded);
+    addFree(ray, length_m);
+    count(counts_.noReturn);
+    counts_.noReturnLength_m += length_m;
+    counts_.noReturnLongest_m = std::max(counts_.noReturnLongest_m, length_m);
+  }
+
+  void addCut(const Ray& ray)
+  {
+    if (isDirection(ray)) addFree(ray, std::min(max_m_, ray.end.norm()));
+  }
+
+  /// Counts the ray if it has no direction.
+  bool isDirection(const Ray& ray)
+  {
+    const bool isFinite = ray.end.allFinite();
+    const bool isLong = isFinite && !ray.end.isZero(0);
+    if (!isLong) count(isFinite ? counts_.tooNear : counts_.notFinite);
+    return isLong;
+  }
+
   void addFree(const Ray& ray, double length_m)
   {
-    if (!ray.end.allFinite()) return count(counts_.notFinite);
-    const double largest = ray.end.cwiseAbs().maxCoeff();
-    if (!(largest > 0)) return count(counts_.tooNear);
-    const bool isWanted = noReturnIsFree_ || ray.meaning == RayEnd::Cut;
-    if (!isWanted || !std::isfinite(length_m)) return count(counts_.unbounded);
     // Any length will do: divided by the largest part first, so that no square is too small or too large.
-    selected.rays.push_back({(ray.end / largest).normalized() * length_m, ray.meaning, ray.echo});
+    const Eigen::Vector3d scaled = ray.end / ray.end.cwiseAbs().maxCoeff();
+    selected.rays.push_back({scaled.normalized() * length_m, ray.meaning, ray.echo});
     count(counts_.freeOnly);
   }
 
@@ -88,7 +120,7 @@ class FanSelector
 
   double min_m_;
   double max_m_;
-  bool noReturnIsFree_;
+  std::optional<OpenSpace> openSpace_;  ///< nothing: rays without return are not wanted
   RayCounts& counts_;
 };
 
@@ -101,9 +133,11 @@ const OptionTable& RangeOptions::optionTable()
       OptionTableOf<Self>("insertOpts")
           .add("minRange", &Self::minRange, metres().from(0).to(kMetresMost), "closer returns are ignored")
           .add("maxRange", &Self::maxRange, metres().above(0).to(kMetresMost).orZero().exceeds("minRange"),
-               "hits and free space end here; 0: the range that the observation states, if any")
+               "hits and free space end here, or at the range that the observation states if that is less; "
+               "0: only there")
           .add("considerInvalidRangesAsFreeSpace", &Self::considerInvalidRangesAsFreeSpace, plain(),
-               "rays without a return are free up to the maximum range")
+               "rays without a return are free up to the maximum range, but not beyond the returns beside "
+               "them")
           .add("rayDecimation", &Self::rayDecimation, plain().from(1).to(kWholeMost),
                "use every Nth ray of an observation");
   return table;
@@ -119,6 +153,9 @@ RayCounts& RayCounts::operator+=(const RayCounts& other)
   tooNear += other.tooNear;
   unbounded += other.unbounded;
   outside += other.outside;
+  noReturn += other.noReturn;
+  noReturnLength_m += other.noReturnLength_m;
+  noReturnLongest_m = std::max(noReturnLongest_m, other.noReturnLongest_m);
   return *this;
 }
 

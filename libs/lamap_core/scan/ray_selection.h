@@ -14,9 +14,9 @@ struct RangeOptions
 {
   /// [m] returns nearer than this are left out, with their rays; also what the observation states
   double minRange = 0;
-  /// [m] hits and free space end here; 0: what the observation states, unlimited where it states none
+  /// [m] hits and free space end here, or at what the observation states if that is less; 0: only there
   double maxRange = 0;
-  bool considerInvalidRangesAsFreeSpace = true;  ///< rays without a return are free up to the maximum range
+  bool considerInvalidRangesAsFreeSpace = true;  ///< rays without a return are free, see OpenSpace
   uint32_t rayDecimation = 1;  ///< use every Nth ray, counted through the scan in the order of the sensor
 
   /// These options alone, of a struct that adds its own.
@@ -31,13 +31,16 @@ struct RayCounts
 {
   size_t hits = 0;       ///< used, with their end
   size_t freeOnly = 0;   ///< used as free space only: without return, or cut at the maximum range
+  size_t noReturn = 0;   ///< of those, without return
   size_t decimated = 0;  ///< skipped by rayDecimation
   size_t dropped = 0;    ///< nothing is known of them
   size_t notFinite = 0;  ///< NaN or infinite: left out
   size_t tooNear = 0;    ///< nearer than the minimum range, or of length zero: left out
   size_t unbounded =
       0;  ///< without return and without a maximum range to end at, or not wanted as free space: left out
-  size_t outside = 0;  ///< beyond what cell indices can address: left out
+  size_t outside = 0;            ///< beyond what cell indices can address: left out
+  double noReturnLength_m = 0;   ///< of the used rays without return together
+  double noReturnLongest_m = 0;  ///< the longest of them
 
   [[nodiscard]] size_t used() const { return hits + freeOnly; }
   [[nodiscard]] size_t leftOut() const { return notFinite + tooNear + unbounded + outside; }
@@ -60,8 +63,9 @@ struct SelectedRays
 
 /** Selects and cuts the rays of a scan.
  *
- * A ray longer than the maximum range is free up to that range and has no hit; a ray without a return
- * likewise.
+ * The maximum range is the smaller of the option's and the one that the observation states. A ray longer than
+ * that is free up to there and has no hit. A ray without a return is free up to there too, but not beyond the
+ * returns that bound it, see OpenSpace.
  * @throws std::invalid_argument naming the first illegal option, its value and the legal range. */
 [[nodiscard]] SelectedRays selectRays(const Scan& scan, const RangeOptions& limits);
 

@@ -35,19 +35,24 @@ struct TrainingRay
   Eigen::Vector3d origin;
   Eigen::Vector3d direction;  ///< of length 1
   double freeLength;          ///< < 0: the ray has no free part
+  bool hasHit;                ///< at its end
 };
+
+constexpr double kOnEnd_cells = 1e-6;
 
 /** Distances of a ray's free samples from its origin [cells].
  *
  * Counted from the sensor, a sample within a millionth of a cell of the end stands on the end. Ranges are
  * often whole steps (a maximum range, a simulated wall): without this, rounding would decide for each ray and
- * each place on the map whether it has its last sample. */
+ * each place on the map whether it has its last sample. For the same reason a sample at the end of a ray
+ * without a hit stands that much before it: a cell that begins at the maximum range is not seen. */
 class FreeSamples
 {
  public:
-  FreeSamples(const TrainingRay& ray, const RulesInCells& rules) : length_(std::max(ray.freeLength, 0.0))
+  FreeSamples(const TrainingRay& ray, const RulesInCells& rules)
+      : length_(std::max(ray.freeLength, 0.0)),
+        last_(ray.hasHit || !rules.asCells ? length_ : length_ - kOnEnd_cells)
   {
-    constexpr double kOnEnd_cells = 1e-6;
     const double slack = rules.fromEnd ? 0.0 : kOnEnd_cells;
     const double stretch = length_ - rules.sensorMargin + slack;
     if (ray.freeLength < -slack || stretch < 0) return;
@@ -56,13 +61,15 @@ class FreeSamples
     step_ = rules.fromEnd ? -rules.step : rules.step;
   }
   [[nodiscard]] int64_t count() const { return count_; }
+  [[nodiscard]] double last() const { return std::max(0.0, last_); }
   [[nodiscard]] double at(int64_t i) const
   {
-    return std::max(0.0, std::min(first_ + static_cast<double>(i) * step_, length_));
+    return std::max(0.0, std::min(first_ + static_cast<double>(i) * step_, last_));
   }
 
  private:
   double length_;
+  double last_;
   int64_t count_ = 0;
   double first_ = 0;
   double step_ = 0;
@@ -118,17 +125,28 @@ class MaskMarker
   /// Marks the cells of the ray's free samples.
   void markFreeSamples(const TrainingRay& ray, const RulesInCells& rules)
   {
-    const FreeSamples samples(ray, rules);
-    for (int64_t i = 0; i < samples.count(); ++i)
-    {
-      const double t = samples.at(i);
-      mark<&BlockMasks::free>(localCell(ray.origin.x() + t * ray.direction.x()),
-                              localCell(ray.origin.y() + t * ray.direction.y()),
-                              localCell(ray.origin.z() + t * ray.direction.z()));
-    }
+    if (ray.hasHit)
+      markSamples<&BlockMasks::free>(ray, rules);
+    else
+      markSamples<&BlockMasks::freeWithoutHit>(ray, rules);
   }
 
  private:
+  template <CellMask BlockMasks::*kMask>
+  void markSamples(const TrainingRay& ray, const RulesInCells& rules)
+  {
+    const auto markAt = [&](double t)
+    {
+      mark<kMask>(localCell(ray.origin.x() + t * ray.direction.x()),
+                  localCell(ray.origin.y() + t * ray.direction.y()),
+                  localCell(ray.origin.z() + t * ray.direction.z()));
+    };
+    const FreeSamples samples(ray, rules);
+    for (int64_t i = 0; i < samples.count(); ++i) markAt(samples.at(i));
+    // Samples from the sensor on may leave out the cell that the ray was seen to reach.
+    if (!ray.hasHit && !rules.fromEnd && samples.count() > 0) markAt(samples.last());
+  }
+
   ScanBlocks& blocks_;
   std::vector<BlockMasks>& masks_;
   BlockOffset offset_;
@@ -215,11 +233,12 @@ void Sampler::Workspace::collectFan(const Scan& scan, const RayFan& fan, const S
       ends.push_back(*local);
     }
   };
-  const auto addRay = [&](const Eigen::Vector3d& end, double margin)
+  const auto addRay = [&](const Eigen::Vector3d& end, bool hasHit)
   {
     const Eigen::Vector3d ray = end - *origin;
     const double length = ray.norm();
-    if (length > 0) rays.push_back({*origin, ray / length, length - margin});
+    const double margin = hasHit ? inCells.margin : 0.0;
+    if (length > 0) rays.push_back({*origin, ray / length, length - margin, hasHit});
   };
 
   if (origin) bounds.extend(*origin);
@@ -228,20 +247,20 @@ void Sampler::Workspace::collectFan(const Scan& scan, const RayFan& fan, const S
             [&](const Eigen::Vector3d& mean)
             {
               if (!inCells.asCells) set.hitPoints.push_back(mean);
-              addRay(mean, inCells.margin);
+              addRay(mean, true);
             });
   if (inCells.asCells)
   {
     for (const PointGroup& group : groups.groups()) rawHits.add(cellKey(group.first), group);
   }
-  else if (rules.protectHits > 0)
+  else
   {
     for (const Eigen::Vector3d& end : ends) rawHits.add(cellKey(end), end);
   }
 
   findEnds(false, counts.freeOnly,
            [&](const Eigen::Vector3d& ray) { return frame.endOfRay(*origin, scan.turnedToMap(ray)); });
-  groupEnds(inCells, frame.anchor(), [&](const Eigen::Vector3d& mean) { addRay(mean, 0.0); });
+  groupEnds(inCells, frame.anchor(), [&](const Eigen::Vector3d& mean) { addRay(mean, false); });
 }
 
 void Sampler::Workspace::openWindow()
@@ -260,6 +279,7 @@ void Sampler::Workspace::markHits(const SamplingRules& rules)
   for (const PointGroup& group : rawHits.groups())
   {
     const CellIndex cell = cellOfLocal(group.first);
+    marker.mark<&BlockMasks::ended>(cell.x, cell.y, cell.z);
     if (asCells) marker.mark<&BlockMasks::hit>(cell.x, cell.y, cell.z);
     if (rules.protectHits > 0 && group.count >= rules.protectHits)
       marker.mark<&BlockMasks::protectedHit>(cell.x, cell.y, cell.z);
@@ -295,7 +315,11 @@ void Sampler::Workspace::markFreeCells(const RulesInCells& rules, unsigned threa
     {
       const auto number = static_cast<size_t>(set.blocks.findOrAdd(blocks[i]));
       if (number >= set.masks.size()) set.masks.resize(number + 1);
-      for (size_t z = 0; z < kScanBlockEdge; ++z) set.masks[number].free[z] |= marks[worker].masks[i].free[z];
+      for (size_t z = 0; z < kScanBlockEdge; ++z)
+      {
+        set.masks[number].free[z] |= marks[worker].masks[i].free[z];
+        set.masks[number].freeWithoutHit[z] |= marks[worker].masks[i].freeWithoutHit[z];
+      }
     }
   }
 }
@@ -316,6 +340,7 @@ void Sampler::Workspace::sampleFreePoints(const RulesInCells& rules, const CellI
     for (int64_t i = 0; i < samples.count(); ++i)
     {
       const Eigen::Vector3d point = ray.origin + samples.at(i) * ray.direction;
+      if (!ray.hasHit && set.isIn(&BlockMasks::ended, cellOfLocal(point))) continue;
       if (rules.freeEdge > 0)
         groups.add(voxelKey(point, rules.freeEdge, anchor), point);
       else
@@ -329,7 +354,7 @@ void Sampler::Workspace::addSegments()
 {
   for (const TrainingRay& ray : rays)
     if (ray.freeLength >= 0)
-      set.freeSegments.push_back({ray.origin, ray.origin + ray.freeLength * ray.direction});
+      set.freeSegments.push_back({ray.origin, ray.origin + ray.freeLength * ray.direction, ray.hasHit});
 }
 
 Sampler::Sampler() : workspace_(std::make_unique<Workspace>()) {}
@@ -368,6 +393,7 @@ const TrainingSet& Sampler::sample(const SelectedRays& selected, const SamplingR
   {
     const auto anyIn = [](const CellMask& mask)
     { return std::any_of(mask.begin(), mask.end(), [](uint64_t word) { return word != 0; }); };
+    for (size_t z = 0; z < kScanBlockEdge; ++z) masks.free[z] |= masks.freeWithoutHit[z] & ~masks.ended[z];
     masks.anyHit = anyIn(masks.hit);
     masks.anyFree = anyIn(masks.free);
   }

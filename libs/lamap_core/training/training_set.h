@@ -20,9 +20,11 @@ using CellMask = std::array<uint64_t, kScanBlockEdge>;
 /// Cells of one scan block, by what the scan says of them.
 struct BlockMasks
 {
-  CellMask hit{};           ///< holds a hit
-  CellMask free{};          ///< holds a free sample
-  CellMask protectedHit{};  ///< holds so many hits that it takes no free evidence from this scan
+  CellMask hit{};             ///< holds a hit
+  CellMask free{};            ///< holds a free sample
+  CellMask freeWithoutHit{};  ///< holds a free sample of a ray without a hit; counts where no ray ended
+  CellMask protectedHit{};    ///< holds so many hits that it takes no free evidence from this scan
+  CellMask ended{};           ///< a ray ended here with a hit, whatever the training points are
   bool anyHit = false;
   bool anyFree = false;
 };
@@ -32,6 +34,7 @@ struct FreeSegment
 {
   Eigen::Vector3d begin;
   Eigen::Vector3d end;
+  bool hasHit;  ///< behind its end; else it says nothing of cells in which other rays of the scan ended
 };
 
 /// Cell relative to the anchor → cell relative to the first cell of the scan block that the anchor is in.
@@ -61,8 +64,8 @@ struct TrainingPoint
 /** What a scan teaches (thesis 4.2.1 and 4.4): points with label 1 and 0, in the scan's frame [cells].
  *
  * Which members are filled follows the rules: cells in `masks`; hits of `Centroids` in hitPoints; free
- * points of `Centroids` in freePoints; rays of `Line` in freeSegments. `masks` is always there for the
- * protected cells. */
+ * points of `Centroids` in freePoints; rays of `Line` in freeSegments. `masks` always has the
+ * cells in which rays ended and the protected ones. */
 struct TrainingSet
 {
   BlockOffset offset;             ///< of the scan blocks
@@ -76,7 +79,11 @@ struct TrainingSet
   RayCounts counts;  ///< what became of the scan's rays
 
   /// @param cell relative to the anchor
-  [[nodiscard]] bool isProtected(const CellIndex& cell) const;
+  [[nodiscard]] bool isIn(CellMask BlockMasks::*mask, const CellIndex& cell) const;
+
+  /// Calls visit(cell relative to the anchor) for each cell of a mask.
+  template <typename Visit>
+  void forEachCell(CellMask BlockMasks::*mask, Visit&& visit) const;
 
   /** Calls visit(TrainingPoint) for each point: cells by block (sorted), z, y, x; then the hits, then the
    * free points where they are. Free points in protected cells are left out; segments are no points. */
@@ -84,17 +91,35 @@ struct TrainingSet
   void forEachPoint(Visit&& visit) const;
 };
 
-inline bool TrainingSet::isProtected(const CellIndex& cell) const
+inline bool TrainingSet::isIn(CellMask BlockMasks::*mask, const CellIndex& cell) const
 {
   const CellIndex inBlocks{cell.x + offset.x, cell.y + offset.y, cell.z + offset.z};
   const int32_t number = blocks.find(
       {inBlocks.x >> kScanBlockLog2Edge, inBlocks.y >> kScanBlockLog2Edge, inBlocks.z >> kScanBlockLog2Edge});
   if (number < 0 || static_cast<size_t>(number) >= masks.size()) return false;
   constexpr int32_t kLow = kScanBlockEdge - 1;
-  const CellMask& mask = masks[static_cast<size_t>(number)].protectedHit;
-  return (mask[static_cast<size_t>(inBlocks.z & kLow)] >>
+  const CellMask& cells = masks[static_cast<size_t>(number)].*mask;
+  return (cells[static_cast<size_t>(inBlocks.z & kLow)] >>
               ((inBlocks.y & kLow) * kScanBlockEdge + (inBlocks.x & kLow)) &
           1) != 0;
+}
+
+template <typename Visit>
+void TrainingSet::forEachCell(CellMask BlockMasks::*mask, Visit&& visit) const
+{
+  for (size_t number = 0; number < masks.size(); ++number)
+  {
+    const BlockIndex& block = blocks.blocks()[number];
+    const CellMask& cells = masks[number].*mask;
+    for (int32_t z = 0; z < kScanBlockEdge; ++z)
+      for (uint64_t rest = cells[static_cast<size_t>(z)]; rest != 0; rest &= rest - 1)
+      {
+        const int bit = __builtin_ctzll(rest);
+        visit(CellIndex{block.x * kScanBlockEdge - offset.x + bit % kScanBlockEdge,
+                        block.y * kScanBlockEdge - offset.y + bit / kScanBlockEdge,
+                        block.z * kScanBlockEdge - offset.z + z});
+      }
+  }
 }
 
 template <typename Visit>
@@ -124,7 +149,8 @@ void TrainingSet::forEachPoint(Visit&& visit) const
   }
   for (const Eigen::Vector3d& place : hitPoints) visit(TrainingPoint{place, true, hitWeight, 0});
   for (const Eigen::Vector3d& place : freePoints)
-    if (!isProtected(cellOfLocal(place))) visit(TrainingPoint{place, false, freeWeight, 0});
+    if (!isIn(&BlockMasks::protectedHit, cellOfLocal(place)))
+      visit(TrainingPoint{place, false, freeWeight, 0});
 }
 
 }  // namespace lamap

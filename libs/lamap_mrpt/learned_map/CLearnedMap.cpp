@@ -390,6 +390,8 @@ std::vector<CLearnedMap::Fact> CLearnedMap::scanFacts() const
   {
     if (count > 0) facts.push_back({name, count});
   };
+  addIfAny("rays as free space only, without return", tallied_.noReturn);
+  addIfAny("rays dropped by the sensor", tallied_.dropped);
   addIfAny("rays left out, not finite", tallied_.notFinite);
   addIfAny("rays left out, too near", tallied_.tooNear);
   addIfAny("rays left out, without return", tallied_.unbounded);

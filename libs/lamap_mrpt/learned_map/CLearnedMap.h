@@ -69,6 +69,9 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   };
   [[nodiscard]] virtual std::vector<Fact> facts() const = 0;
 
+  /// What became of the rays of the observations that were inserted since the map was made or loaded.
+  [[nodiscard]] const RayCounts& rayCounts() const { return tallied_; }
+
   /// Memory of the map's content [bytes], including all indices, without buffers that only speed up the next
   /// scan.
   [[nodiscard]] virtual size_t memoryBytes() const = 0;

@@ -43,14 +43,26 @@ Scan scanFrom(const CPose3D& robotPose, const CPose3D& sensorPose, double stated
   return scan;
 }
 
-/// Adds a ray of a measured range. One that is no length gives a point that is counted as unusable.
-void addRange(double range_m, const Eigen::Vector3d& direction, RayFan& fan)
+/// What a range stands for, as drivers write it (REP 117). Ranges that are not stated are 0.
+RayEnd meaningOf(double range_m, const RayFan& fan)
 {
-  const bool isLength = range_m >= 0;  // false for NaN
-  if (isLength && (range_m == 0 || range_m < fan.statedRangeMin_m))
-    fan.add(RayEnd::TooNear, direction);
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  if (range_m == -kInfinity) return RayEnd::TooNear;
+  if (!(range_m > 0)) return RayEnd::Dropped;  // also NaN
+  if (range_m == kInfinity || (fan.statedRangeMax_m > 0 && range_m >= fan.statedRangeMax_m))
+    return RayEnd::NoReturn;
+  return range_m < fan.statedRangeMin_m ? RayEnd::TooNear : RayEnd::Return;
+}
+
+/// Adds a ray of a measured range. @param isValid whether the observation calls it so
+void addRange(double range_m, bool isValid, const Eigen::Vector3d& direction, RayFan& fan)
+{
+  RayEnd meaning = meaningOf(range_m, fan);
+  if (!isValid && meaning == RayEnd::Return) meaning = RayEnd::Dropped;
+  if (meaning == RayEnd::Return)
+    fan.addReturn(fan.centre + range_m * direction);
   else
-    fan.addReturn(fan.centre + (isLength ? range_m : std::numeric_limits<double>::quiet_NaN()) * direction);
+    fan.add(meaning, direction);
 }
 
 Scan raysOf2DRangeScan(const CObservation2DRangeScan& scan2D, const CPose3D& robotPose)
@@ -76,14 +88,7 @@ Scan raysOf2DRangeScan(const CObservation2DRangeScan& scan2D, const CPose3D& rob
       direction = sensorFromRobot * (isometryOf(now).linear() * direction);
     }
 
-    const double range_m = scan2D.getScanRange(i);
-    const bool valid = scan2D.getScanRangeValidity(i);
-    if ((rangeMax_m > 0 && range_m >= rangeMax_m) || (!valid && (range_m == 0 || std::isinf(range_m))))
-      fan.add(RayEnd::NoReturn, direction);
-    else if (valid)
-      addRange(range_m, direction, fan);
-    else
-      fan.add(RayEnd::Dropped, direction);
+    addRange(scan2D.getScanRange(i), scan2D.getScanRangeValidity(i), direction, fan);
   }
   return scan;
 }
@@ -281,7 +286,7 @@ void addColumns(const CObservationRotatingScan& rotating, const VelodyneCalibrat
       if (image(row, column) == 0)
         fan.add(RayEnd::NoReturn, direction);
       else
-        addRange(image(row, column) * rotating.rangeResolution, direction, fan);
+        addRange(image(row, column) * rotating.rangeResolution, true, direction, fan);
     }
   }
 }
@@ -329,12 +334,7 @@ Scan raysOfRange(const CObservationRange& ranges, const CPose3D& robotPose)
     fan.statedRangeMin_m = rangeMin_m;
     fan.statedRangeMax_m = rangeMax_m;
     fan.beam.halfWidth_rad = fan.beam.halfHeight_rad = 0.5 * compat::coneApertureOf(ranges);
-    const Eigen::Vector3d axis = pose.linear().col(0);
-    const double range_m = measurement.sensedDistance;
-    if (range_m <= 0 || (rangeMax_m > 0 && range_m >= rangeMax_m))
-      fan.add(RayEnd::NoReturn, axis);
-    else
-      addRange(range_m, axis, fan);
+    addRange(measurement.sensedDistance, true, pose.linear().col(0), fan);
   }
   return scan;
 }

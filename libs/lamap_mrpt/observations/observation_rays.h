@@ -21,13 +21,17 @@ namespace lamap
  *
  * The pose of the scan is robotPose ⊕ sensor pose, composed in double; end points are as the sensor measured
  * them. No ray is left out because of its range: end points may be beyond the maximum range or NaN, because
- * selectRays() selects and counts. For each class:
+ * selectRays() selects and counts.
+ *
+ * What the numbers mean (REP 117): at least the maximum range that the observation states, or +Inf: no return
+ * within that range. −Inf, or less than the stated minimum: nearer than can be measured. 0, NaN or negative:
+ * dropped, nothing is known. For each class:
  *
  * - CObservation2DRangeScan. Ray i of n is at −aperture/2 + i·aperture/(n−1), mirrored unless rightToLeft; a
- *   single ray points forward. The sensor pitches by deltaPitch during the scan. A ray has no return if its
- *   range is at least maxRange, valid or not, or if it is invalid with range 0. An invalid ray with any other
- *   range was measured and rejected (MRPT's exclusion areas and angles mark the robot's own body, or a range
- *   below the sensor's minimum): it is dropped, whereas MRPT's grid maps take it for free.
+ *   single ray points forward. The sensor pitches by deltaPitch during the scan. An invalid ray has no
+ *   return if its range is at least maxRange. Any other invalid ray is dropped, whereas MRPT's grid maps take
+ *   it for free: it was measured and rejected (MRPT's exclusion areas and angles mark the robot's own body,
+ * or a range below the sensor's minimum), or the pulse was lost (drivers write 0).
  * - CObservation3DRangeScan. The range image through the depth camera's own model, with distortion; the
  * points if there is no image or no calibration. A pixel 0 or a point (0,0,0) is dropped, not free, because a
  * depth camera that finds no match has seen nothing. There are no rays without a return.
@@ -41,8 +45,7 @@ namespace lamap
  *   those that MRPT's fromVelodyne() fills, only the first n/rows, clockwise; among these, a column without
  * any return was not measured.
  * - CObservationRange. One fan for each measurement, all in the frame of the first one's sensor. Its ray is
- * the axis of the cone that its beam states. No echo (range ≤ 0 or ≥ maxSensorDistance) is a ray without a
- *   return.
+ * the axis of the cone that its beam states.
  *
  * Externally stored data is loaded, and unloaded again if it was not in memory before. No other thread may
  * use the observation meanwhile.

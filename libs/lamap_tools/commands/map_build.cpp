@@ -55,9 +55,15 @@ void requireSameOptions(const CLearnedMap& map, const BuildOptions& options, con
     if (const std::string what = conflict(parseSetting(text)); !what.empty()) throw UsageError("-s " + what);
 }
 
-CMetricMap::Ptr savedMap(const BuildOptions& options)
+constexpr const char* kOlderRaysNote =
+    "this map was begun by a version in which rays without a return were free up to insertOpts.maxRange, "
+    "whatever "
+    "the sensor's own range; from here on they end at the sensor's range and at the returns beside them";
+
+CMetricMap::Ptr savedMap(const BuildOptions& options, std::vector<std::string>& notes)
 {
-  CMetricMap::Ptr map = loadMapFile(options.ontoPath);
+  const MapFile file = readMapFile(options.ontoPath);
+  const CMetricMap::Ptr& map = file.map;
   const auto learned = std::dynamic_pointer_cast<CLearnedMap>(map);
   if (!learned)
     throw std::runtime_error(options.ontoPath + ": its map is a " + map->GetRuntimeClass()->className +
@@ -75,13 +81,15 @@ CMetricMap::Ptr savedMap(const BuildOptions& options)
     nameInFile = wanted.name;
   }
   requireSameOptions(*learned, options, nameInFile);
+  constexpr uint8_t kFirstWithBoundedRays = 2;
+  if (file.version < kFirstWithBoundedRays) notes.push_back(options.ontoPath + ": " + kOlderRaysNote);
   return map;
 }
 
-CMetricMap::Ptr startingMap(const BuildOptions& options)
+CMetricMap::Ptr startingMap(const BuildOptions& options, std::vector<std::string>& notes)
 {
   CMetricMap::Ptr map =
-      options.ontoPath.empty() ? createMap(readMapDefinition(options.map)) : savedMap(options);
+      options.ontoPath.empty() ? createMap(readMapDefinition(options.map)) : savedMap(options, notes);
   if (const auto learned = std::dynamic_pointer_cast<CLearnedMap>(map))
     learned->setThreadCount(options.threads);
   if (isOctree(options.outPath) && !std::dynamic_pointer_cast<mrpt::maps::COctoMap>(map))
@@ -136,10 +144,10 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
   {
     const AtomicFile placeIsWritable(options.outPath);
   }
-  const CMetricMap::Ptr map = startingMap(options);
+  BuildReport report;
+  const CMetricMap::Ptr map = startingMap(options, report.notes);
   const auto sources = openInputs(options.inputs);
 
-  BuildReport report;
   report.mapClass = map->GetRuntimeClass()->className;
   report.outPath = options.outPath;
   const auto begin = std::chrono::steady_clock::now();
@@ -148,6 +156,7 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
                                [&](const ScanItem& item) { inserter.insert(item); });
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.scans = inserter.tally();
+  if (const auto* learned = dynamic_cast<const CLearnedMap*>(map.get())) report.rays = learned->rayCounts();
   report.inputs = reportsOf(sources);
 
   if (report.scans.usedCount() == 0)
@@ -165,6 +174,29 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
   return report;
 }
 
+/// What became of the rays, by what their ends mean.
+void printRays(const RayCounts& rays, std::ostream& out)
+{
+  if (rays.used() == 0) return;
+  out << "  rays: " << rays.hits << " with a hit";
+  if (const size_t cut = rays.freeOnly - std::min(rays.freeOnly, rays.noReturn); cut > 0)
+    out << ", " << cut << " cut at the maximum range";
+  out << "\n";
+  if (rays.noReturn > 0)
+    out << mrpt::format(
+        "  rays without a return: %zu used as free space, for %.2f m on average, %.2f m at most\n",
+        rays.noReturn, rays.noReturnLength_m / static_cast<double>(rays.noReturn), rays.noReturnLongest_m);
+  const auto printUnused = [&](size_t count, const char* why)
+  {
+    if (count > 0) out << "  rays not used: " << count << " " << why << "\n";
+  };
+  printUnused(rays.unbounded, "without a return (not wanted, or without a range to end at)");
+  printUnused(rays.dropped, "dropped or called invalid by the sensor");
+  printUnused(rays.tooNear, "nearer than the minimum range");
+  printUnused(rays.notFinite, "not finite");
+  printUnused(rays.outside, "beyond what cells can address");
+}
+
 void printReport(const BuildReport& report, std::ostream& out)
 {
   const size_t used = report.scans.usedCount();
@@ -173,6 +205,7 @@ void printReport(const BuildReport& report, std::ostream& out)
     out << mrpt::format(" (%.1f per second)", static_cast<double>(used) / report.seconds);
   out << "\n";
   for (const auto& [kind, count] : report.scans.used) out << "  used: " << count << " " << kind << "\n";
+  printRays(report.rays, out);
   printLeftOut(report.scans, out);
   for (const InputReport& input : report.inputs)
   {
@@ -197,6 +230,16 @@ Json reportJson(const BuildReport& report)
   json["scans"] = report.scans.usedCount();
   json["seconds"] = report.seconds;
   json["used"] = report.scans.used;
+  json["rays"] = {{"hits", report.rays.hits},
+                  {"free_only", report.rays.freeOnly},
+                  {"no_return", report.rays.noReturn},
+                  {"no_return_length_m", report.rays.noReturnLength_m},
+                  {"no_return_longest_m", report.rays.noReturnLongest_m},
+                  {"unbounded", report.rays.unbounded},
+                  {"dropped", report.rays.dropped},
+                  {"too_near", report.rays.tooNear},
+                  {"not_finite", report.rays.notFinite},
+                  {"outside", report.rays.outside}};
   json["notes"] = report.notes;
   json["left_out"] = Json::array();
   for (const auto& [what, count] : report.scans.leftOut)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <lamap_core/scan/ray_selection.h>
 #include <lamap_tools/config/map_setup.h>
 #include <lamap_tools/inputs/scan_inserter.h>
 #include <lamap_tools/inputs/scan_loop.h>
@@ -31,6 +32,7 @@ struct BuildReport
   bool stopped = false;  ///< before the end, because it was asked to
   InsertionTally scans;
   std::vector<InputReport> inputs;
+  RayCounts rays;                  ///< of all scans; of this library's maps only
   std::vector<std::string> notes;  ///< on the output
   double seconds = 0;              ///< of reading and inserting
 };

@@ -1,6 +1,7 @@
 // Invariant 9: where free space ends.
 #include <gtest/gtest.h>
 #include <lamap_core/bgk/map.h>
+#include <lamap_core/scan/open_space.h>
 #include <support/bgk_oracle.h>
 #include <support/grid_words.h>
 #include <support/random_options.h>
@@ -33,9 +34,13 @@ std::vector<FreeLine> allowedSegments(const RayFan& fan, const BgkInference& inf
     const bool cut = inference.maxRange > 0 && ray.norm() > inference.maxRange;
     add(ray, cut ? inference.maxRange : ray.norm(), cut ? 0 : *inference.freeMargin);
   }
+  OpenSpace openSpace(fan, 0);
   for (const Eigen::Vector3d& direction : endsOf(fan, RayEnd::NoReturn))
-    if (inference.considerInvalidRangesAsFreeSpace && inference.maxRange > 0)
-      add(direction, inference.maxRange, 0);
+  {
+    if (!inference.considerInvalidRangesAsFreeSpace) continue;
+    const double reach = openSpace.reach_m(direction);
+    add(direction, inference.maxRange > 0 ? std::min(reach, inference.maxRange) : reach, 0);
+  }
   return segments;
 }
 

@@ -108,9 +108,11 @@ TEST(BgkOracle, MissesNoCellAroundAPoint)
           for (const auto& point : field.training().frees_map)
             free += inference.freeWeight *
                     oracleKernel(inference.kernel, (point - centre).norm(), support, inference.kernelScale);
+          const bool isHit = field.training().rawHits.count(Cell{x, y, z}) > 0;
           for (const auto& line : field.training().lines)
-            free += inference.freeWeight *
-                    oracleKernel(inference.kernel, line.distanceTo(centre), support, inference.kernelScale);
+            if (line.hasHit || !isHit)
+              free += inference.freeWeight *
+                      oracleKernel(inference.kernel, line.distanceTo(centre), support, inference.kernelScale);
           ASSERT_NEAR(field.at({x, y, z}).occupied, occupied, 1e-10);
           ASSERT_NEAR(field.at({x, y, z}).free, free, 1e-10);
         }

@@ -61,7 +61,7 @@ TEST(RaySelection, CutsRaysAtTheMaximumRangeAndTakesTheirHit)
   EXPECT_EQ(rays.counts.freeOnly, 2u);
 }
 
-TEST(RaySelection, PrefersItsOwnMaximumRangeToTheStatedOne)
+TEST(RaySelection, TakesTheSmallerOfBothMaximumRanges)
 {
   const Eigen::Vector3d at9(9, 0, 0);
   RangeOptions limits;
@@ -74,7 +74,7 @@ TEST(RaySelection, PrefersItsOwnMaximumRangeToTheStatedOne)
   EXPECT_EQ(hits(0, 8), 0u);
   EXPECT_EQ(hits(0, 10), 1u);
   EXPECT_EQ(hits(8, 10), 0u);
-  EXPECT_EQ(hits(10, 8), 1u);
+  EXPECT_EQ(hits(10, 8), 0u);
 }
 
 TEST(RaySelection, TakesTheLargerOfBothMinimumRanges)
@@ -192,7 +192,7 @@ TEST(RaySelection, KeepsTheSensorAndTheOrderOfItsRays)
   EXPECT_EQ(kept.statedRangeMax_m, 5);
   EXPECT_EQ(kept.rays, (std::vector<Ray>{fan.rays[0],
                                          {{5, 0, 0}, RayEnd::Cut, 1},
-                                         {{0, 5, 0}, RayEnd::NoReturn, 0},
+                                         {{0, 3, 0}, RayEnd::NoReturn, 0},
                                          {{0, 0, 3}, RayEnd::Cut, 0},
                                          fan.rays[4]}));
   // What was selected once stays as it is.

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <lamap_core/scan/scan.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace lamap
+{
+/** How far the rays of a fan that had no return may be free.
+ *
+ * A reading without return is a dropout (a dark, wet or specular thing, crosstalk) far more often than open
+ * space, and a dropout says nothing beyond the surface that its neighbours saw. So such a ray is free only as
+ * far as the nearest of the returns that bound the run of rays without return it lies in: the next ones to
+ * either side, above and below, by direction in bins of one degree. Where a sensor's field of view ends (at a
+ * gap of more than 30 degrees without any ray) a run ends without a return.
+ *
+ * The order of the rays does not matter. The same on every processor. */
+class OpenSpace
+{
+ public:
+  /// @param rangeMin_m nearer returns do not count: the robot's own body bounds nothing
+  OpenSpace(const RayFan& fan, double rangeMin_m);
+
+  /// @param direction of a ray of the fan, not zero; its length does not matter
+  /// @return range [m] of the nearest return that bounds it; infinite where none does
+  [[nodiscard]] double reach_m(const Eigen::Vector3d& direction);
+
+ private:
+  struct Bin
+  {
+    int row;
+    int column;
+  };
+  [[nodiscard]] static Bin binOf(const Eigen::Vector3d& direction);
+  [[nodiscard]] size_t placeOf(const Bin& bin) const;
+  [[nodiscard]] bool isInside(const Bin& bin) const;
+  [[nodiscard]] bool hasReturn(const Bin& bin) const;
+  [[nodiscard]] float firstReturn(Bin bin, int rowStep, int columnStep) const;
+  [[nodiscard]] float aboveOrBelow(const Bin& bin) const;
+  [[nodiscard]] float besideIn(Bin bin, int columnStep) const;
+  [[nodiscard]] float findReach(const Bin& bin) const;
+
+  int firstRow_ = 0;
+  int rows_ = 0;                  ///< 0: no ray of the fan is bounded
+  std::vector<float> returns_m_;  ///< nearest range of a bin; infinite: rays but no return; 0: no ray
+  std::vector<float> reaches_m_;  ///< found already; 0: not yet
+};
+
+}  // namespace lamap
