@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 
+#include <support/golden_files.h>
 #include <support/made_maps.h>
 #include <support/small_maps.h>
 
@@ -226,7 +227,7 @@ TEST(GpMrptMap, AnUpdatedVoxelIsAGpOfOnePoint)
   EXPECT_THROW(map.updateVoxel(1e300, 0, 0, true), std::invalid_argument);
 }
 
-TEST(GpMrptMap, FilesOfVersion1LoadAsTheyWereAndSaveToTheSameBytes)
+TEST(GpMrptMap, FilesOfOlderVersionsLoadAsTheyWereAndThoseOfTodaySaveToTheSameBytes)
 {
   // What the files' maps said when they were written: number of cells, mean of f (log-odds) at a point.
   const mrpt::math::TPoint3D point(2.05, 0.35, 0.55);
@@ -237,21 +238,19 @@ TEST(GpMrptMap, FilesOfVersion1LoadAsTheyWereAndSaveToTheSameBytes)
   for (const auto& [name, settings, cells, evidence] : written)
   {
     SCOPED_TRACE(name);
-    const std::string path = std::string(LAMAP_TEST_SOURCE_DIR) + "/golden/gpMap_v1_" + name + ".lamap.gz";
-    if (std::getenv("LAMAP_WRITE_GOLDEN")) lamap::saveMapFile(taught<CGPMap>(settings), path);
-    const auto loaded = std::dynamic_pointer_cast<CGPMap>(lamap::loadMapFile(path));
-    ASSERT_TRUE(loaded) << path;
+    const auto loaded = goldenMapOf<CGPMap>("gpMap_v1_" + name, nullptr);
+    ASSERT_TRUE(loaded);
     EXPECT_EQ(cellCount(*loaded), cells);
     const size_t last = loaded->evidenceNames().size() - 1;
     EXPECT_NEAR(loaded->estimateAt(point)->evidence.at(last), evidence, 1e-8);
-    // What is learned today is what was learned then, on every processor.
-    CGPMap again = *loaded;
-    again.clear();
-    teach(again);
-    EXPECT_TRUE(cellsOf(again) == cellsOf(*loaded));
-    const TemporaryFolder folder;
-    lamap::saveMapFile(*loaded, folder.file("again.lamap.gz"));
-    EXPECT_EQ(contentOf(folder.file("again.lamap.gz")), contentOf(path));
+    expectSavesTheSameAgain(*loaded);
+
+    // What is learned today is what was learned when the newest file was written, on every processor.
+    const auto today = taught<CGPMap>(settings);
+    const auto newest = goldenMapOf("gpMap_v2_" + name, &today);
+    ASSERT_TRUE(newest);
+    EXPECT_TRUE(cellsOf(today) == cellsOf(*newest));
+    expectSavesAs(*newest, "gpMap_v2_" + name);
   }
 }
 

@@ -16,6 +16,7 @@
 #include <map>
 #include <tuple>
 
+#include <support/golden_files.h>
 #include <support/made_maps.h>
 #include <support/small_maps.h>
 
@@ -511,7 +512,7 @@ TEST(OverlappingMrptMap, AnUpdatedVoxelTakesOneHitOrOneFreePoint)
   EXPECT_THROW(map.updateVoxel(1e300, 0, 0, true), std::invalid_argument);
 }
 
-TYPED_TEST(HilbertMaps, FilesOfVersion1LoadAsTheyWereAndSaveToTheSameBytes)
+TYPED_TEST(HilbertMaps, FilesOfOlderVersionsLoadAsTheyWereAndThoseOfTodaySaveToTheSameBytes)
 {
   // What the files' maps said when they were written: number of cells, log-odds at a point.
   const mrpt::math::TPoint3D point(2.05, 0.35, 0.55);
@@ -523,16 +524,18 @@ TYPED_TEST(HilbertMaps, FilesOfVersion1LoadAsTheyWereAndSaveToTheSameBytes)
   for (const Settings& settings : {Settings{}, Settings{{"creationOpts.preset", "thesis"}}})
   {
     // Options of today are part of the files: they are compared as they were stored.
-    const std::string path = std::string(LAMAP_TEST_SOURCE_DIR) + "/golden/" + aliasOf<TypeParam>() + "_v1_" +
-                             std::to_string(number) + ".lamap.gz";
-    if (std::getenv("LAMAP_WRITE_GOLDEN")) lamap::saveMapFile(taught<TypeParam>(settings), path);
-    const auto loaded = std::dynamic_pointer_cast<TypeParam>(lamap::loadMapFile(path));
-    ASSERT_TRUE(loaded) << path;
+    const std::string ending = std::to_string(number);
+    const auto loaded = goldenMapOf<TypeParam>(aliasOf<TypeParam>() + "_v1_" + ending, nullptr);
+    ASSERT_TRUE(loaded);
     EXPECT_EQ(cellCount(*loaded), written.at(number).first);
     EXPECT_NEAR(loaded->estimateAt(point)->evidence[0], written.at(number).second, 1e-5);
-    const TemporaryFolder folder;
-    lamap::saveMapFile(*loaded, folder.file("again.lamap.gz"));
-    EXPECT_EQ(contentOf(folder.file("again.lamap.gz")), contentOf(path));
+    expectSavesTheSameAgain(*loaded);
+
+    const TypeParam today = taught<TypeParam>(settings);
+    const auto newest = goldenMapOf(aliasOf<TypeParam>() + "_v2_" + ending, &today);
+    ASSERT_TRUE(newest);
+    EXPECT_EQ(cellCount(*newest), cellCount(today));
+    expectSavesAs(*newest, aliasOf<TypeParam>() + "_v2_" + ending);
     ++number;
   }
 }

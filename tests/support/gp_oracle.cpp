@@ -128,9 +128,11 @@ double OracleGp::distanceTo(const Eigen::Vector3d& place_map) const
   return nearest;
 }
 
-OraclePoints gpTrainingSetOf(const Scan& scan, const GpStructure& structure, const GpInference& inference)
+namespace
 {
-  const GpInference resolved = inference.resolved(structure.resolution);
+/// What a BGK map would be taught by the same rules.
+TrainingSet taughtBy(const Scan& scan, const GpStructure& structure, const GpInference& resolved)
+{
   BgkStructure cells;
   cells.resolution = structure.resolution;
   cells.planar = structure.planar;
@@ -146,7 +148,15 @@ OraclePoints gpTrainingSetOf(const Scan& scan, const GpStructure& structure, con
   rules.maxRange = resolved.maxRange;
   rules.considerInvalidRangesAsFreeSpace = resolved.considerInvalidRangesAsFreeSpace;
   rules.rayDecimation = resolved.rayDecimation;
-  const TrainingSet set = trainingSetOf(scan, cells, rules);
+  return trainingSetOf(scan, cells, rules);
+}
+
+}  // namespace
+
+OraclePoints gpTrainingSetOf(const Scan& scan, const GpStructure& structure, const GpInference& inference)
+{
+  const GpInference resolved = inference.resolved(structure.resolution);
+  const TrainingSet set = taughtBy(scan, structure, resolved);
   OraclePoints points;
   for (const Eigen::Vector3d& hit : set.hits_map) points.add(hit, 1.0);
   for (const Eigen::Vector3d& place : set.frees_map)
@@ -157,6 +167,16 @@ OraclePoints gpTrainingSetOf(const Scan& scan, const GpStructure& structure, con
     if (!isProtected) points.add(place, -1.0);
   }
   return points;
+}
+
+std::set<Cell> gpHitCellsOf(const Scan& scan, const GpStructure& structure, const GpInference& inference)
+{
+  std::set<Cell> cells;
+  if (inference.protectHits == 0) return cells;
+  for (const auto& [cell, count] :
+       taughtBy(scan, structure, inference.resolved(structure.resolution)).rawHits)
+    cells.insert(cell);
+  return cells;
 }
 
 std::map<Cell, GpSums> gpSumsOf(const Scan& scan, const GpStructure& structure, const GpInference& inference)
@@ -221,6 +241,18 @@ std::map<Cell, GpSums> gpSumsOf(const Scan& scan, const GpStructure& structure, 
       if (distance < support * (1 - kBorder)) extended.add(place, all.labels[i]);
     }
     if (!extended.labels.empty()) addSums(gpOf(extended), first, last, structure, support, sums);
+  }
+  // A cell with a hit: at least what a GP says of it that knows nothing but a hit at its centre.
+  OraclePoints hit;
+  hit.add(Eigen::Vector3d::Zero(), 1.0);
+  const auto [mean, variance] = gpOf(hit).at(Eigen::Vector3d::Zero());
+  for (const Cell& cell : gpHitCellsOf(scan, structure, inference))
+  {
+    GpSums& sum = sums[cell];
+    sum.precision =
+        std::max(sum.precision, 1 / variance - 1 / static_cast<long double>(structure.signalVariance));
+    sum.weighted = std::max(sum.weighted, mean / variance);
+    sum.reached = true;
   }
   return sums;
 }

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,10 @@ class OracleGp
   Matrix inverse_;
   Vector labels_;
 };
+
+/// Cells in which rays ended, of a scan whose hits are protected: a GP map says at least of them what a GP
+/// says that knows one hit at their centre.
+std::set<Cell> gpHitCellsOf(const Scan& scan, const GpStructure& structure, const GpInference& inference);
 
 /// A scan's training points for a GP map. In a planar map all have the height of the layer's middle.
 OraclePoints gpTrainingSetOf(const Scan& scan, const GpStructure& structure, const GpInference& inference);

@@ -85,6 +85,7 @@ void OverlappingOracle::addModel(const HilbertModel& model, const std::vector<Sc
       {
         if (ray.meaning == RayEnd::Return)
         {
+          own.hits_map.push_back(turn * ray.end + shift);
           movedFan.addReturn(toModel(ray.end));
           sensor.rays.push_back(movedFan.rays.back().end - movedFan.centre);
           continue;
@@ -156,6 +157,28 @@ bool OverlappingOracle::inField(const Model& model, const Eigen::Vector3d& p, bo
   return any;
 }
 
+/// Whether a ray of the model ended in the cell of the map that holds the point.
+bool OverlappingOracle::isHit(const Model& model, const Eigen::Vector3d& point_map, bool& doubtful) const
+{
+  if (inference_.trainingPoints != HilbertPoints::Cells) return false;
+  bool any = false;
+  for (const Eigen::Vector3d& hit : model.hits_map)
+  {
+    bool same = true;
+    bool onFace = false;
+    for (int axis = 0; axis < (structure_.planar ? 2 : 3); ++axis)
+    {
+      const double low = std::floor(point_map[axis] / structure_.resolution) * structure_.resolution;
+      const double inside = hit[axis] - low;
+      same = same && inside > -kDoubt_m && inside < structure_.resolution + kDoubt_m;
+      onFace = onFace || std::abs(inside) < kDoubt_m || std::abs(inside - structure_.resolution) < kDoubt_m;
+    }
+    doubtful = doubtful || (same && onFace);
+    any = any || same;
+  }
+  return any;
+}
+
 OverlappingOracle::Answer OverlappingOracle::at(const Eigen::Vector3d& point_map) const
 {
   Answer answer;
@@ -191,6 +214,11 @@ OverlappingOracle::Answer OverlappingOracle::at(const Eigen::Vector3d& point_map
         reached = reached || k > 1e-6;
       }
       f += kernel.weight * k;
+    }
+    if (isHit(model, point_map, answer.doubtful))
+    {
+      f = reached ? std::max(f, 1.0) : 1.0;
+      reached = true;
     }
     if (!reached && barely) answer.doubtful = true;
     if (!reached) continue;

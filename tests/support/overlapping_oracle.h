@@ -53,7 +53,9 @@ class OverlappingOracle
     double bias;
     Eigen::Vector3d low, high;
     std::vector<Sensor> sensors;
+    std::vector<Eigen::Vector3d> hits_map;
   };
+  [[nodiscard]] bool isHit(const Model& model, const Eigen::Vector3d& point_map, bool& doubtful) const;
   [[nodiscard]] bool inField(const Model& model, const Eigen::Vector3d& p, bool& doubtful) const;
 
   OverlappingStructure structure_;

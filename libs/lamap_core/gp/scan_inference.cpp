@@ -117,13 +117,16 @@ class GpScanInference::Implementation
   };
 
   void labelPoints(const TrainingSet& training);
+  void listHitCells(const TrainingSet& training);
   void formDataBlocks();
   void findTargets();
   void trainExperts(tbb::enumerable_thread_specific<Worker>& workers);
   void inferBlock(size_t target, Worker& worker) const;
   void gatherAround(size_t target, const CellIndex& first, Worker& worker) const;
   void addExpert(const GpExpert& expert, const CellIndex& first, Worker& worker) const;
+  void keepHits(const BlockIndex& index, Worker& worker) const;
   void draftBlock(const BlockIndex& index, Worker& worker) const;
+
   Sampler sampler_;
   std::optional<CovarianceFor> covariance_;
   // Of the scan of which evidence is made.
@@ -134,6 +137,7 @@ class GpScanInference::Implementation
   CellIndex anchor_;
   double support_ = 0;  ///< [cells]
   std::vector<Labelled> labelled_;
+  std::vector<std::pair<BlockIndex, uint32_t>> hitCells_;  ///< by block: offsets of cells in which rays ended
   std::vector<GpPoint> points_;
   std::vector<DataBlock> dataBlocks_;
   std::vector<std::pair<size_t, size_t>> parts_;  ///< of points_, one an expert
@@ -174,6 +178,7 @@ Evidence GpScanInference::Implementation::infer(const Scan& scan, const GpInfere
       sampler_.sample(rays, inference.samplingRules(), frame, BlockOffset(anchor_), workers.threads());
   counts = training.counts;
   labelPoints(training);
+  listHitCells(training);
   formDataBlocks();
   findTargets();
 
@@ -202,6 +207,19 @@ void GpScanInference::Implementation::labelPoints(const TrainingSet& training)
   };
   std::sort(labelled_.begin(), labelled_.end(),
             [&](const Labelled& a, const Labelled& b) { return orderOf(a) < orderOf(b); });
+}
+
+void GpScanInference::Implementation::listHitCells(const TrainingSet& training)
+{
+  hitCells_.clear();
+  if (inference_.protectHits == 0) return;
+  training.forEachCell(&BlockMasks::ended,
+                       [&](const CellIndex& local)
+                       {
+                         const CellIndex cell{anchor_.x + local.x, anchor_.y + local.y, anchor_.z + local.z};
+                         hitCells_.emplace_back(shape_.blockOf(cell), shape_.offsetOf(cell));
+                       });
+  std::sort(hitCells_.begin(), hitCells_.end());
 }
 
 void GpScanInference::Implementation::formDataBlocks()
@@ -325,6 +343,7 @@ void GpScanInference::Implementation::inferBlock(size_t target, Worker& worker) 
                   addExpert(worker.expert, first, worker);
                 });
   }
+  keepHits(index, worker);
   draftBlock(index, worker);
 }
 
@@ -382,6 +401,22 @@ void GpScanInference::Implementation::addExpert(const GpExpert& expert, const Ce
         if (++used == kTile) flush();
       }
   flush();
+}
+
+/** Cells in which rays of the scan ended say at least what a GP says that knows one hit there and nothing
+ * else: mean σ_f²/(σ_f² + σ_n²), precision 1/σ_f² + 1/σ_n². Else the free space around a thin thing, which is
+ * far more, would call it free by smoothness alone. */
+void GpScanInference::Implementation::keepHits(const BlockIndex& index, Worker& worker) const
+{
+  const double hitPrecision = 1.0 / structure_.noiseVariance;
+  const auto first = std::lower_bound(hitCells_.begin(), hitCells_.end(), std::make_pair(index, uint32_t{0}));
+  for (auto hit = first; hit != hitCells_.end() && hit->first == index; ++hit)
+  {
+    const uint32_t offset = hit->second;
+    worker.precision[offset] = std::max(worker.precision[offset], hitPrecision);
+    worker.weighted[offset] = std::max(worker.weighted[offset], hitPrecision);
+    worker.touched[offset >> 6] |= uint64_t{1} << (offset & 63);
+  }
 }
 
 /// Rounds the block's sums, drafts its evidence, and makes them zero again.

@@ -53,7 +53,8 @@ void OverlappingHilbertMap::requireModels(const char* what) const
 const HilbertModelIndex& OverlappingHilbertMap::index() const
 {
   const std::lock_guard<std::mutex> lock(index_->mutex);
-  if (!index_->index) index_->index = std::make_unique<const HilbertModelIndex>(models_, shape_);
+  if (!index_->index)
+    index_->index = std::make_unique<const HilbertModelIndex>(models_, shape_, planarLayer());
   return *index_->index;
 }
 
@@ -94,11 +95,13 @@ bool OverlappingHilbertMap::trainPending(const OverlappingInference& inference, 
   auto model = trainer_.get().train(pending_.scans, structure(), inference, workers);
   if (model)
   {
-    const PlacedModel placed{pending_.pose, std::make_shared<const HilbertModel>(std::move(*model))};
     auto index = std::make_shared<LazyIndex>();
-    EvidenceChange change = EvidenceChange::addition(evidence(), inferModel(placed, nullptr, workers),
-                                                     ruleFor(inference.thresholds), workers);
-    if (structure().keepModels) models_.push_back(placed);
+    EvidenceChange change =
+        EvidenceChange::addition(evidence(), inferModel(*model, pending_.pose, nullptr, workers),
+                                 ruleFor(inference.thresholds), workers);
+    model->keepWeakHits(fusion_.get(shape_, planarLayer()).hitLogodds());
+    if (structure().keepModels)
+      models_.push_back({pending_.pose, std::make_shared<const HilbertModel>(std::move(*model))});
     change.commit();
     index_ = std::move(index);
   }
@@ -106,11 +109,11 @@ bool OverlappingHilbertMap::trainPending(const OverlappingInference& inference, 
   return true;
 }
 
-Evidence OverlappingHilbertMap::inferModel(const PlacedModel& placed, const std::vector<BlockIndex>* wanted,
-                                           const Workers& workers)
+Evidence OverlappingHilbertMap::inferModel(const HilbertModel& model, const ModelPose& pose,
+                                           const std::vector<BlockIndex>* wanted, const Workers& workers)
 {
   ModelFusion& fusion = fusion_.get(shape_, planarLayer());
-  fusion.choose(*placed.model, placed.pose, evidence().shape(), workers);
+  fusion.choose(model, pose, evidence().shape(), workers);
   return fusion.infer(wanted, workers);
 }
 
@@ -158,7 +161,8 @@ CellSums OverlappingHilbertMap::sumsAt(const Eigen::Vector3d& point_m, const Cel
                        if (!local) return;
                        Eigen::Vector3d p = pose.toModel(*local * structure().resolution);
                        if (structure().planar) p.z() = shape_.flatHeight();
-                       sum = addSums(written_.kind(), sum, model->evidenceAt(shape_, p));
+                       sum = addSums(written_.kind(), sum,
+                                     model->evidenceAt(shape_, p, models.isHit(number, cell)));
                      });
   return sum;
 }
@@ -189,7 +193,7 @@ OverlappingHilbertMap OverlappingHilbertMap::resampled(double resolution_m, cons
   {
     const ModelPose moved = ModelPose::of(pose.isometry(structure().resolution), resolution_m, other.planar);
     map.models_.push_back({moved, model});
-    map.add(map.inferModel(map.models_.back(), nullptr, workers), thresholds, workers);
+    map.add(map.inferModel(*model, moved, nullptr, workers), thresholds, workers);
   }
   return map;
 }
@@ -259,7 +263,7 @@ Evidence OverlappingHilbertMap::fusedAnew(const std::vector<PlacedModel>& models
   for (const BlockIndex& block : blocks)
     if (const EvidenceBlock* told = written_.find(block)) written.findOrCreate(block) = *told;
   add(std::move(written));
-  for (const PlacedModel& placed : models) add(inferModel(placed, &blocks, workers));
+  for (const auto& [pose, model] : models) add(inferModel(*model, pose, &blocks, workers));
   return fused;
 }
 

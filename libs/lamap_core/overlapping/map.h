@@ -131,8 +131,8 @@ class OverlappingHilbertMap : public EvidenceMap<OverlappingReading>
   [[nodiscard]] const HilbertModelIndex& index() const;
   [[nodiscard]] CellSums sumsAt(const Eigen::Vector3d& point_m, const CellIndex& cell) const;
   /// @param wanted as in ModelFusion::infer()
-  [[nodiscard]] Evidence inferModel(const PlacedModel& placed, const std::vector<BlockIndex>* wanted,
-                                    const Workers& workers);
+  [[nodiscard]] Evidence inferModel(const HilbertModel& model, const ModelPose& pose,
+                                    const std::vector<BlockIndex>* wanted, const Workers& workers);
   [[nodiscard]] Evidence fusedAnew(const std::vector<PlacedModel>& models,
                                    const std::vector<BlockIndex>& blocks, const StateThresholds& thresholds,
                                    const Workers& workers);

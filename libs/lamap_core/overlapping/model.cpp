@@ -30,6 +30,11 @@ Eigen::Vector3d originOf(const Eigen::Isometry3d& pose, bool planar)
   return {pose.translation().x(), pose.translation().y(), planar ? 0.0 : pose.translation().z()};
 }
 
+bool isWeakHit(float logodds)
+{
+  return logodds < HilbertModel::kKeptHitLogodds;
+}
+
 /// Why no model can stand at a pose; null if one can.
 const char* faultOf(const Eigen::Isometry3d& pose, double resolution_m, bool planar)
 {
@@ -61,7 +66,8 @@ double rounded(double length_m)
 
 auto fieldsOf(const HilbertModel& m)
 {
-  return std::tie(m.sites, m.inducing, m.kernelWeights, m.bias, m.boxLow, m.boxHigh, m.fieldWeight, m.scans);
+  return std::tie(m.sites, m.inducing, m.kernelWeights, m.bias, m.boxLow, m.boxHigh, m.hits, m.fieldWeight,
+                  m.scans);
 }
 
 }  // namespace
@@ -161,17 +167,47 @@ CellSums HilbertModel::evidenceOf(const ModelShape& shape, float logodds, bool i
   return sums.coded();
 }
 
-CellSums HilbertModel::evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p) const
+void HilbertModel::keepWeakHits(const std::vector<float>& logodds)
+{
+  std::vector<Eigen::Vector3f> weak;
+  weak.reserve(static_cast<size_t>(std::count_if(logodds.begin(), logodds.end(), isWeakHit)));
+  for (size_t i = 0; i < hits.size(); ++i)
+    if (isWeakHit(logodds[i])) weak.push_back(hits[i]);
+  hits = std::move(weak);
+}
+
+std::vector<std::optional<CellIndex>> HilbertModel::hitCells(const ModelPose& pose, const ModelShape& shape,
+                                                             int32_t layer) const
+{
+  std::vector<std::optional<CellIndex>> cells;
+  cells.reserve(hits.size());
+  for (const Eigen::Vector3f& hit : hits)
+  {
+    const Eigen::Vector3d local = pose.fromModel(hit.cast<double>()) / shape.resolution_m;
+    if (!(local.cwiseAbs().maxCoeff() < ScanFrame::kReach_cells))
+    {
+      cells.emplace_back(std::nullopt);
+      continue;
+    }
+    const CellIndex cell = cellOfLocal(local);
+    cells.push_back(CellIndex{pose.anchor.x + cell.x, pose.anchor.y + cell.y,
+                              shape.planar ? layer : pose.anchor.z + cell.z});
+  }
+  return cells;
+}
+
+CellSums HilbertModel::evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p, bool inHitCell) const
 {
   if (!inBox(p, shape.planar)) return {};
-  const std::optional<float> logodds = logoddsAt(shape, p);
+  std::optional<float> logodds = logoddsAt(shape, p);
+  if (inHitCell) logodds = std::max(logodds.value_or(kHitLogodds), kHitLogodds);
   return logodds ? evidenceOf(shape, *logodds, inField({p, p, p, p})[0]) : CellSums{};
 }
 
 size_t HilbertModel::memoryBytes() const
 {
   size_t bytes = sizeof(*this) + sites.memoryBytes() + kernelWeights.capacity() * sizeof(float) +
-                 inducing.capacity() * sizeof(Eigen::Vector3d);
+                 inducing.capacity() * sizeof(Eigen::Vector3d) + hits.capacity() * sizeof(Eigen::Vector3f);
   for (const DepthView& view : views) bytes += view.memoryBytes();
   return bytes;
 }
@@ -205,6 +241,8 @@ void HilbertModel::check(const ModelShape& shape) const
           "its features are not the map's");
   require(boxLow.allFinite() && boxHigh.allFinite() && (boxLow.array() <= boxHigh.array()).all(),
           "its box is none");
+  require(std::all_of(hits.begin(), hits.end(), [](const auto& p) { return p.allFinite(); }),
+          "a hit is not finite");
   require(fieldWeight >= 1e-3 && fieldWeight <= 1e3, "the weight of its field is not legal");
   require(scans >= 1, "it was trained on no scan");
 }

@@ -78,6 +78,9 @@ struct HilbertModel
   Eigen::Vector3d boxLow = Eigen::Vector3d::Zero();
   Eigen::Vector3d boxHigh = Eigen::Vector3d::Zero();
   std::vector<DepthView> views;
+  /** Where rays ended in cells that the weights alone call free, or nearly so. What the model says of such a
+   * cell is at least kHitLogodds: the free space around a thin thing is far more than its hits. */
+  std::vector<Eigen::Vector3f> hits;
   double fieldWeight = 1;  ///< of log-odds in the field
   uint32_t scans = 1;      ///< it was trained on
 
@@ -93,13 +96,26 @@ struct HilbertModel
   /// Which of four places are in the field of a view.
   [[nodiscard]] std::array<bool, 4> inField(const std::array<Eigen::Vector3d, 4>& places) const;
 
+  /// Log-odds, at least, of a cell in which a ray of the model ended: P(occupied) is 0.73.
+  static constexpr float kHitLogodds = 1.0f;
+  /// Hits are kept up to these log-odds of their cells, for a model that moves may lie otherwise to the
+  /// cells.
+  static constexpr float kKeptHitLogodds = 1.5f;
+
+  /// Leaves out the hits in whose cells the weights alone say enough. @param logodds of each hit's cell
+  void keepWeakHits(const std::vector<float>& logodds);
+
+  /// The cell of the map that holds each of `hits`, in their order; nothing where cells cannot address it.
+  [[nodiscard]] std::vector<std::optional<CellIndex>> hitCells(const ModelPose& pose, const ModelShape& shape,
+                                                               int32_t layer) const;
+
   /// Log-odds at a point; nothing where no feature reaches it.
   [[nodiscard]] std::optional<float> logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p) const;
 
   /// Evidence from log-odds at a place in the box; none where the model does not speak.
   [[nodiscard]] CellSums evidenceOf(const ModelShape& shape, float logodds, bool inField) const;
-  /// What the model says of a point.
-  [[nodiscard]] CellSums evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p) const;
+  /// What the model says of a point. @param inHitCell whether one of `hits` lies in the same cell of the map
+  [[nodiscard]] CellSums evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p, bool inHitCell) const;
 
   /// Calls visit(centre, weight) for each kernel.
   template <typename Visit>

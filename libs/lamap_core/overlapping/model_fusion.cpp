@@ -7,7 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <stdexcept>
+#include <tuple>
 
 namespace lamap
 {
@@ -28,7 +31,7 @@ bool fewEnough(const BlockIndex& low, const BlockIndex& high)
 class ModelFusion::Tile
 {
  public:
-  explicit Tile(const ModelFusion& fusion)
+  explicit Tile(ModelFusion& fusion)
       : fusion_(fusion), threshold_(std::max(static_cast<float>(fusion.shape_.cutoff), kNothing))
   {
   }
@@ -44,6 +47,7 @@ class ModelFusion::Tile
     const uint32_t begin = number == 0 ? 0 : fusion_.sourceEnds_[number - 1];
     for (uint32_t i = begin; i < fusion_.sourceEnds_[number]; ++i)
       add(fusion_.sources_[fusion_.tileSources_[i]]);
+    keepHits(number);
   }
 
   /// Calls visit(x, y, z, sums) for the cells of which the model says something.
@@ -94,6 +98,21 @@ class ModelFusion::Tile
     }
   }
 
+  void keepHits(size_t number)
+  {
+    const auto first = std::lower_bound(fusion_.hits_.begin(), fusion_.hits_.end(), number,
+                                        [](const Hit& hit, size_t tile) { return hit.tile < tile; });
+    const auto last =
+        std::find_if(first, fusion_.hits_.end(), [&](const Hit& hit) { return hit.tile != number; });
+    for (auto hit = first; hit != last; ++hit)
+    {
+      const bool isSecond = hit != first && hit->cell == std::prev(hit)->cell;
+      if (isSecond) continue;
+      fusion_.hitLogodds_[hit->number] = logodds_[hit->cell];
+      logodds_[hit->cell] = std::max(logodds_[hit->cell], HilbertModel::kHitLogodds);
+    }
+  }
+
   void add(const Source& source)
   {
     const float* alongX = factorsOf(source, 0, tile_.x - source.firstTile.x);
@@ -123,7 +142,7 @@ class ModelFusion::Tile
       }
   }
 
-  const ModelFusion& fusion_;
+  ModelFusion& fusion_;  ///< of which it changes hitLogodds_ only
   float threshold_;
   BlockIndex tile_;
   std::array<int32_t, 3> first_{};  ///< cell of the tile, from the anchor
@@ -133,7 +152,7 @@ class ModelFusion::Tile
 /// Working memory of one thread.
 struct ModelFusion::Worker
 {
-  explicit Worker(const ModelFusion& fusion) : tile(fusion), draft(fusion.blockShape_) {}
+  explicit Worker(ModelFusion& fusion) : tile(fusion), draft(fusion.blockShape_) {}
   Tile tile;
   EvidenceDraft draft;
 };
@@ -159,6 +178,7 @@ void ModelFusion::choose(const HilbertModel& model, const ModelPose& pose, const
                     for (size_t i = part * kAtOnce; i < end; ++i) findFactors(sources_[i]);
                   });
   listTiles();
+  listHits();
   listGroups();
 }
 
@@ -288,6 +308,28 @@ void ModelFusion::listTiles()
                  { tileSources_[sourceEnds_[static_cast<size_t>(tiles_.find(tile))]++] = i; });
 }
 
+void ModelFusion::listHits()
+{
+  hits_.clear();
+  hitLogodds_.assign(model_->hits.size(), std::numeric_limits<float>::infinity());
+  const auto cells = model_->hitCells(pose_, shape_, layer_);
+  for (size_t i = 0; i < cells.size(); ++i)
+  {
+    if (!cells[i]) continue;
+    const CellIndex& cell = *cells[i];
+    const BlockIndex tile{cell.x >> kScanBlockLog2Edge, cell.y >> kScanBlockLog2Edge,
+                          shape_.planar ? cell.z : cell.z >> kScanBlockLog2Edge};
+    const int32_t number = tiles_.find(tile);
+    if (number < 0) continue;
+    const CellIndex corner = firstCellOf(tile);
+    const int32_t inTile = ((cell.z - corner.z) * kEdge + cell.y - corner.y) * kEdge + cell.x - corner.x;
+    hits_.push_back({static_cast<uint32_t>(number), static_cast<uint32_t>(inTile), static_cast<uint32_t>(i)});
+  }
+  std::sort(hits_.begin(), hits_.end(),
+            [](const Hit& a, const Hit& b)
+            { return std::tie(a.tile, a.cell, a.number) < std::tie(b.tile, b.cell, b.number); });
+}
+
 void ModelFusion::listGroups()
 {
   const int log2Group = std::max(0, blockShape_.log2Edge() - kScanBlockLog2Edge);
@@ -312,7 +354,7 @@ void ModelFusion::listGroups()
   std::sort(mapBlocks_.begin(), mapBlocks_.end());
 }
 
-Evidence ModelFusion::infer(const std::vector<BlockIndex>* wanted, const Workers& workers) const
+Evidence ModelFusion::infer(const std::vector<BlockIndex>* wanted, const Workers& workers)
 {
   tbb::enumerable_thread_specific<Worker> own([&] { return Worker(*this); });
   workers.forEach(groups_.all().size(), [&](size_t i) { inferGroup(groups_.all()[i], own.local(), wanted); });
@@ -320,7 +362,7 @@ Evidence ModelFusion::infer(const std::vector<BlockIndex>* wanted, const Workers
 }
 
 void ModelFusion::inferGroup(const BlockGroups::Group& group, Worker& worker,
-                             const std::vector<BlockIndex>* wanted) const
+                             const std::vector<BlockIndex>* wanted)
 {
   const auto isWanted = [&](const BlockIndex& block)
   { return wanted == nullptr || std::binary_search(wanted->begin(), wanted->end(), block); };

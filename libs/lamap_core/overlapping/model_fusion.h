@@ -32,7 +32,11 @@ class ModelFusion
   [[nodiscard]] const std::vector<BlockIndex>& blocks() const { return mapBlocks_; }
 
   /// The model's evidence. @param wanted sorted blocks, to leave out all others; null: all are wanted
-  [[nodiscard]] Evidence infer(const std::vector<BlockIndex>* wanted, const Workers& workers) const;
+  [[nodiscard]] Evidence infer(const std::vector<BlockIndex>* wanted, const Workers& workers);
+
+  /// After infer() of all blocks: for the first hit of the model in each cell, log-odds of the cell by the
+  /// weights alone; infinite for the others.
+  [[nodiscard]] const std::vector<float>& hitLogodds() const { return hitLogodds_; }
 
  private:
   /// A kernel in the grid's axes.
@@ -44,6 +48,13 @@ class ModelFusion
     BlockIndex lastTile;
     std::array<size_t, 3> factors;  ///< where factors_ of its tiles' cells along each axis begin
   };
+  /// A hit of the model.
+  struct Hit
+  {
+    uint32_t tile;
+    uint32_t cell;    ///< in the tile
+    uint32_t number;  ///< among the model's hits
+  };
   class Tile;
   struct Worker;
 
@@ -51,10 +62,10 @@ class ModelFusion
   void listSources();
   void findFactors(Source& source);
   void listTiles();
+  void listHits();
   void listGroups();
   [[nodiscard]] CellIndex firstCellOf(const BlockIndex& tile) const;
-  void inferGroup(const BlockGroups::Group& group, Worker& worker,
-                  const std::vector<BlockIndex>* wanted) const;
+  void inferGroup(const BlockGroups::Group& group, Worker& worker, const std::vector<BlockIndex>* wanted);
 
   ModelShape shape_;
   int32_t layer_;
@@ -68,6 +79,8 @@ class ModelFusion
   ScanBlocks tiles_;
   std::vector<uint32_t> sourceEnds_;  ///< of each tile's part of tileSources_
   std::vector<uint32_t> tileSources_;
+  std::vector<Hit> hits_;  ///< by tile, then by cell
+  std::vector<float> hitLogodds_;
   BlockGroups groups_;  ///< of tiles
   std::vector<BlockIndex> mapBlocks_;
 };

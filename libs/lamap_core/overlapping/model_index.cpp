@@ -3,6 +3,7 @@
 #include <nanoflann.hpp>
 
 #include <algorithm>
+#include <tuple>
 
 namespace lamap
 {
@@ -24,6 +25,11 @@ struct Centres
     return false;
   }
 };
+
+bool isBefore(const CellIndex& a, const CellIndex& b)
+{
+  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+}
 
 /// Passes each point found to a visitor, instead of collecting them.
 class Visitor
@@ -57,9 +63,11 @@ struct HilbertModelIndex::Tree
   double radius_m = 0;
   bool planar = false;
   std::unique_ptr<KdTree> kdTree;
+  std::vector<std::vector<CellIndex>> hitCells;  ///< of each model, sorted
 };
 
-HilbertModelIndex::HilbertModelIndex(const std::vector<PlacedModel>& models, const ModelShape& shape)
+HilbertModelIndex::HilbertModelIndex(const std::vector<PlacedModel>& models, const ModelShape& shape,
+                                     int32_t layer)
     : tree_(std::make_unique<Tree>())
 {
   tree_->planar = shape.planar;
@@ -73,6 +81,10 @@ HilbertModelIndex::HilbertModelIndex(const std::vector<PlacedModel>& models, con
     centre = pose.isometry(shape.resolution_m) * centre;
     if (shape.planar) centre.z() = 0;
     tree_->centres.points.push_back(centre);
+    std::vector<CellIndex>& hits = tree_->hitCells.emplace_back();
+    for (const std::optional<CellIndex>& cell : model->hitCells(pose, shape, layer))
+      if (cell) hits.push_back(*cell);
+    std::sort(hits.begin(), hits.end(), isBefore);
   }
   // Far from the map's origin, rounding may be as large as a millimetre.
   tree_->radius_m = radius_m * (1 + 1e-6) + 1e-3;
@@ -81,6 +93,12 @@ HilbertModelIndex::HilbertModelIndex(const std::vector<PlacedModel>& models, con
 }
 
 HilbertModelIndex::~HilbertModelIndex() = default;
+
+bool HilbertModelIndex::isHit(size_t model, const CellIndex& cell) const
+{
+  const std::vector<CellIndex>& hits = tree_->hitCells[model];
+  return std::binary_search(hits.begin(), hits.end(), cell, isBefore);
+}
 
 void HilbertModelIndex::forEachNear(const Eigen::Vector3d& point_map,
                                     const std::function<void(size_t)>& visit) const

@@ -21,12 +21,16 @@ struct PlacedModel
 class HilbertModelIndex
 {
  public:
-  explicit HilbertModelIndex(const std::vector<PlacedModel>& models, const ModelShape& shape);
+  /// @param layer of the cells of a planar map
+  HilbertModelIndex(const std::vector<PlacedModel>& models, const ModelShape& shape, int32_t layer);
   ~HilbertModelIndex();
 
   /** Calls visit(number of a model) for all models whose box contains the point, and for others near it, in
    * unspecified order. Allocates nothing. */
   void forEachNear(const Eigen::Vector3d& point_map, const std::function<void(size_t)>& visit) const;
+
+  /// Whether one of the hits that a model keeps lies in a cell of the map.
+  [[nodiscard]] bool isHit(size_t model, const CellIndex& cell) const;
 
  private:
   struct Tree;

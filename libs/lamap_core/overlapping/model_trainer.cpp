@@ -31,6 +31,16 @@ std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldR
   return views;
 }
 
+std::vector<Eigen::Vector3f> hitsOf(const std::vector<ModelScan>& scans)
+{
+  std::vector<Eigen::Vector3f> hits;
+  for (const ModelScan& scan : scans)
+    for (const RayFan& fan : scan.rays.scan.fans)
+      for (const Ray& ray : fan.rays)
+        if (ray.meaning == RayEnd::Return) hits.push_back(ray.end.cast<float>());
+  return hits;
+}
+
 /** The box of the training points, a share left out at each of its ends, and a cell and a half more: the
  * cells that hold points whatever the frames' turn, and their neighbours, because the scan of a planar laser
  * is flat. */
@@ -98,6 +108,7 @@ std::optional<HilbertModel> HilbertModelTrainer::train(const std::vector<ModelSc
       viewsOf(scans, {inference.fieldNear, inference.fieldDepth, inference.fieldAngle}, shape.planar);
   model.fieldWeight = inference.fieldWeight;
   model.scans = static_cast<uint32_t>(scans.size());
+  if (inference.rules().protectHits > 0) model.hits = hitsOf(scans);
   if (shape.compact())
     trainCompact(set, shape, structure, inference, workers, model);
   else

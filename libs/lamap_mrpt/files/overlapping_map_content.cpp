@@ -66,11 +66,12 @@ void writeModel(const HilbertModel& model, ByteWriter& out)
   writeMatrix(model.boxLow, out);
   writeMatrix(model.boxHigh, out);
   writeAll(model.views, out, [&](const DepthView& view) { writeView(view, out); });
+  writeAll(model.hits, out, [&](const Eigen::Vector3f& hit) { writeMatrix(hit, out); });
   out.number(model.fieldWeight);
   out.number(model.scans);
 }
 
-std::shared_ptr<const HilbertModel> readModel(ByteReader& in)
+std::shared_ptr<const HilbertModel> readModel(ByteReader& in, uint8_t version)
 {
   auto model = std::make_shared<HilbertModel>();
   readAll(model->sites.blocks, kIndexBytes, in, [&] { return readIndex<BlockIndex>(in); });
@@ -89,6 +90,8 @@ std::shared_ptr<const HilbertModel> readModel(ByteReader& in)
   model->boxLow = readMatrix<Eigen::Vector3d>(in);
   model->boxHigh = readMatrix<Eigen::Vector3d>(in);
   readAll(model->views, kPlaceBytes, in, [&] { return readView(in); });
+  if (version > 1)
+    readAll(model->hits, 3 * sizeof(float), in, [&] { return readMatrix<Eigen::Vector3f>(in); });
   model->fieldWeight = in.number<double>();
   model->scans = in.number<uint32_t>();
   return model;
@@ -168,7 +171,7 @@ void writeOverlappingMap(const OverlappingHilbertMap& map, ByteWriter& out)
   writeAll(map.pending().scans, out, [&](const ModelScan& scan) { writeScan(scan, out); });
 }
 
-void readOverlappingMap(OverlappingHilbertMap& map, ByteReader& in)
+void readOverlappingMap(OverlappingHilbertMap& map, ByteReader& in, uint8_t version)
 {
   const auto layer = map.structure().planar ? std::optional(map.planarLayer()) : std::nullopt;
   readGrid(map.evidence(), layer, in);
@@ -180,7 +183,7 @@ void readOverlappingMap(OverlappingHilbertMap& map, ByteReader& in)
           {
             PlacedModel placed;
             placed.pose = readPose(in);
-            placed.model = readModel(in);
+            placed.model = readModel(in, version);
             return placed;
           });
   PendingScans pending;

@@ -49,10 +49,10 @@ const OptionTable& BgkLearner::Creation::optionTable()
   static const OptionTable table = []
   {
     OptionTableOf<Creation> all("creationOpts");
-    return all.include<BgkStructure>()
-        .add("priorMap", &Creation::priorMap, plain(),
-             "map file of a BGK map whose pseudo-counts are the prior where it has evidence; stored in the "
-             "map");
+    return all.include<BgkStructure>().add(
+        "priorMap", &Creation::priorMap, plain(),
+        "map file of a BGK map whose pseudo-counts are the prior where it has evidence; stored in the "
+        "map");
   }();
   return table;
 }
@@ -75,7 +75,7 @@ void BgkLearner::write(const BgkMap& map, ByteWriter& out)
   write(*map.priorMap(), out);
 }
 
-void BgkLearner::read(BgkMap& map, ByteReader& in)
+void BgkLearner::read(BgkMap& map, ByteReader& in, uint8_t /*version*/)
 {
   readAtDepth(map, in, 0);
 }
@@ -100,7 +100,8 @@ std::vector<CLearnedMap::Fact> CBGKMap::facts() const
   std::vector<Fact> own{{"blocks", core().evidence().blockCount()},
                         {"evidence for occupied", alpha, "pseudo-counts"},
                         {"evidence for free", beta, "pseudo-counts"}};
-  if (core().priorMap()) own.push_back({"blocks of the prior map", core().priorMap()->evidence().blockCount()});
+  if (core().priorMap())
+    own.push_back({"blocks of the prior map", core().priorMap()->evidence().blockCount()});
   return factsWith(std::move(ofCells), own);
 }
 

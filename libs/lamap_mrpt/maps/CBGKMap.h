@@ -34,7 +34,7 @@ struct BgkLearner : public LearnerTypes<CBGKMap, BgkMap, BgkStructure, BgkInfere
    * evidence, or 0. */
   static void write(const BgkMap& map, ByteWriter& out);
   /// @throws std::runtime_error naming the place and what cannot be; the bytes are not trusted.
-  static void read(BgkMap& map, ByteReader& in);
+  static void read(BgkMap& map, ByteReader& in, uint8_t version);
 };
 
 extern template class LearnerMap<BgkLearner>;

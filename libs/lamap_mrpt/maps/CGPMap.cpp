@@ -23,13 +23,14 @@ void requireSums(const GpMap& map, const ByteReader& in)
   for (const BlockIndex& index : map.evidence().sortedBlocks())
   {
     map.evidence().find(index)->visitLeaves(map.evidence().shape(),
-                                        [&](uint32_t, uint32_t, const CellSums& evidence)
-                                        {
-                                          const auto precision = SignedSums::decoded(evidence.first);
-                                          const bool fits = isBcm ? precision && *precision >= 0 : !precision;
-                                          if (!fits || !SignedSums::decoded(evidence.second))
-                                            in.fail("the evidence of a cell is not that of its fusion");
-                                        });
+                                            [&](uint32_t, uint32_t, const CellSums& evidence)
+                                            {
+                                              const auto precision = SignedSums::decoded(evidence.first);
+                                              const bool fits =
+                                                  isBcm ? precision && *precision >= 0 : !precision;
+                                              if (!fits || !SignedSums::decoded(evidence.second))
+                                                in.fail("the evidence of a cell is not that of its fusion");
+                                            });
   }
 }
 }  // namespace
@@ -39,7 +40,7 @@ void GpLearner::write(const GpMap& map, ByteWriter& out)
   writeGrid(map.evidence(), out);
 }
 
-void GpLearner::read(GpMap& map, ByteReader& in)
+void GpLearner::read(GpMap& map, ByteReader& in, uint8_t /*version*/)
 {
   readGrid(map.evidence(), map.structure().planarLayer(), in);
   requireSums(map, in);

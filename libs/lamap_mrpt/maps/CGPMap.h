@@ -19,7 +19,7 @@ struct GpLearner : public LearnerTypes<CGPMap, GpMap, GpStructure, GpInference, 
   static inline const std::vector<std::string> kPresets{"default", "thesis", "la3dm"};
 
   static void write(const GpMap& map, ByteWriter& out);
-  static void read(GpMap& map, ByteReader& in);
+  static void read(GpMap& map, ByteReader& in, uint8_t version);
 };
 
 extern template class LearnerMap<GpLearner>;

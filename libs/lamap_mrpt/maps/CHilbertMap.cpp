@@ -22,7 +22,7 @@ void HilbertLearner::write(const HilbertMap& map, ByteWriter& out)
   writeHilbertState(map.state(), out);
 }
 
-void HilbertLearner::read(HilbertMap& map, ByteReader& in)
+void HilbertLearner::read(HilbertMap& map, ByteReader& in, uint8_t /*version*/)
 {
   map.restore(readHilbertState(in));
 }

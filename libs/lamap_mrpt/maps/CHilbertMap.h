@@ -30,7 +30,7 @@ struct HilbertLearner
     return insertion.resolved(structure);
   }
   static void write(const HilbertMap& map, ByteWriter& out);
-  static void read(HilbertMap& map, ByteReader& in);
+  static void read(HilbertMap& map, ByteReader& in, uint8_t version);
 };
 
 extern template class LearnerMap<HilbertLearner>;

@@ -20,9 +20,9 @@ void OverlappingLearner::write(const OverlappingHilbertMap& map, ByteWriter& out
   writeOverlappingMap(map, out);
 }
 
-void OverlappingLearner::read(OverlappingHilbertMap& map, ByteReader& in)
+void OverlappingLearner::read(OverlappingHilbertMap& map, ByteReader& in, uint8_t version)
 {
-  readOverlappingMap(map, in);
+  readOverlappingMap(map, in, version);
 }
 
 void COverlappingHilbertMap::contentChanged()

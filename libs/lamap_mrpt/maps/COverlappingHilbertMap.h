@@ -35,7 +35,7 @@ struct OverlappingLearner : public LearnerTypes<COverlappingHilbertMap, Overlapp
     return insertion;
   }
   static void write(const OverlappingHilbertMap& map, ByteWriter& out);
-  static void read(OverlappingHilbertMap& map, ByteReader& in);
+  static void read(OverlappingHilbertMap& map, ByteReader& in, uint8_t version);
 };
 
 extern template class LearnerMap<OverlappingLearner>;

@@ -31,7 +31,7 @@ struct LearnerTypes
   using Insertion = InferenceOptions;
   using Preset = Presets;
 
-  static constexpr uint8_t kFormatVersion = 1;
+  static constexpr uint8_t kFormatVersion = 2;  ///< of map files; older ones are read too, see file-format.md
 
   static Core make(const Creation& creation) { return Core(creation); }
   /// @throws std::invalid_argument naming the first illegal option, its value and what is legal
@@ -53,8 +53,8 @@ struct LearnerTypes
  * instantiated in the source of each class.
  *
  * @tparam Learner a LearnerTypes with kAlias (the name in .ini files), kPresets (the names of the presets, in
- * the order of the enumeration), and write(const Core&, ByteWriter&) and read(Core&, ByteReader&) for the
- * content of a map file that follows the creation options */
+ * the order of the enumeration), and write(const Core&, ByteWriter&) and read(Core&, ByteReader&, version)
+ * for the content of a map file that follows the creation options */
 template <typename Learner>
 class LearnerMap : public CLearnedMap
 {

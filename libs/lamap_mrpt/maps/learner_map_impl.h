@@ -322,7 +322,8 @@ void LearnerMap<Learner>::serializeTo(mrpt::serialization::CArchive& out) const
 template <typename Learner>
 void LearnerMap<Learner>::serializeFrom(mrpt::serialization::CArchive& in, uint8_t version)
 {
-  if (version != Learner::kFormatVersion) refuseVersion(Map::className, version, Learner::kFormatVersion);
+  if (version < 1 || version > Learner::kFormatVersion)
+    refuseVersion(Map::className, version, Learner::kFormatVersion);
   const std::vector<uint8_t> payload = readPayload(in);
   ByteReader content(payload);
   try
@@ -331,7 +332,7 @@ void LearnerMap<Learner>::serializeFrom(mrpt::serialization::CArchive& in, uint8
     TCreationOptions creation;
     creation.read(content);
     Core map(creation);
-    Learner::read(map, content);
+    Learner::read(map, content, version);
     TInsertionOptions insertion;
     insertion.read(content);
     Learner::validate(insertion, creation);

@@ -117,6 +117,7 @@ TEST(GpMapProperty, CommitteesOfSinglePointsAddUp)
     map.insert(scan, inference, 1);
     const GpInference resolved = inference.resolved(structure.resolution);
     const OraclePoints points = gpTrainingSetOf(scan, structure, inference);
+    const std::set<Cell> hits = gpHitCellsOf(scan, structure, inference);
     map.visitCells(inference.thresholds,
                    [&](const CellIndex& cell, const CellEstimate& estimate)
                    {
@@ -133,6 +134,11 @@ TEST(GpMapProperty, CommitteesOfSinglePointsAddUp)
                        const double variance = f - k * k / (f + structure.noiseVariance);
                        precision += 1 / variance - 1 / f;
                        weighted += k * points.labels[i] / (f + structure.noiseVariance) / variance;
+                     }
+                     if (hits.count({cell.x, cell.y, cell.z}) > 0)
+                     {
+                       precision = std::max(precision, 1 / f + 1 / structure.noiseVariance);
+                       weighted = std::max(weighted, 1 / structure.noiseVariance);
                      }
                      ASSERT_NEAR(estimate.evidence[0], precision, 2e-6);
                      ASSERT_NEAR(estimate.evidence[1] * precision, weighted, 1e-4);

@@ -183,7 +183,8 @@ TEST(OverlappingMap, ModelsMovedThereAndBackLeaveNoTrace)
   EXPECT_EQ(differenceOf(before.evidence(), map.evidence()), "");
 }
 
-/// Rays are taken as the sensor gives them: nothing of the map's frame is in a model.
+/// Rays are taken as the sensor gives them: nothing of the map's frame is in a model, but for which hits it
+/// keeps, because that depends on the cells that they lie in.
 TEST(OverlappingMapProperty, AModelIsTheSameWhereverTheSensorWas)
 {
   for (unsigned seed = 1; seed <= 10; ++seed)
@@ -200,7 +201,11 @@ TEST(OverlappingMapProperty, AModelIsTheSameWhereverTheSensorWas)
     const OverlappingHilbertMap here = mapOf(options, {scan}), there = mapOf(options, {moved(scan, by)});
     ASSERT_EQ(here.modelCount(), 1u);
     ASSERT_EQ(there.modelCount(), 1u);
-    EXPECT_TRUE(*here.models()[0].model == *there.models()[0].model);
+    HilbertModel one = *here.models()[0].model;
+    HilbertModel other = *there.models()[0].model;
+    one.hits.clear();
+    other.hits.clear();
+    EXPECT_TRUE(one == other);
   }
 }
 
