@@ -1,3 +1,4 @@
+#include <lamap_tools/commands/log_info.h>
 #include <lamap_tools/commands/map_info.h>
 
 #include "command_line.h"
@@ -8,19 +9,51 @@ namespace
 {
 struct InfoArguments
 {
-  std::string map;
+  std::string path;
+  tools::InputOptions inputs;
+  LogArguments log;
   bool json = false;
 };
 
+constexpr const char* kForLogs = "For logs";
+
 void describe(CLI::App& command, InfoArguments& arguments)
 {
-  addMapArgument(command, arguments.map);
+  command
+      .add_option("file", arguments.path,
+                  "A saved map (.lamap.gz), OctoMap's .ot or .bt, or a log as of `lamap build`")
+      ->required();
+  for (CLI::Option* option : addInputOptions(command, arguments.log, arguments.inputs))
+    option->group(kForLogs);
   command.add_flag("--json", arguments.json, "Print the same facts as JSON");
+}
+
+void check(const CLI::App& command, const InfoArguments& arguments)
+{
+  if (tools::isNameOfLog(arguments.path)) return;
+  for (const CLI::Option* option : command.get_options())
+    if (option->get_group() == kForLogs && option->count() > 0)
+      throw CLI::ValidationError(option->get_name(), "is for logs only");
+}
+
+int logInfo(InfoArguments& arguments)
+{
+  arguments.inputs.paths = {arguments.path};
+  prepareInputs(arguments.log, arguments.inputs);
+  const tools::LogInfo found =
+      withProgressBar([&](const auto& progress) { return tools::readLogInfo(arguments.inputs, progress); });
+  if (found.stopped) return stoppedByUser("");
+  if (arguments.json)
+    print(tools::logInfoJson(found));
+  else
+    tools::printLogInfo(found, std::cout);
+  return tellDamages(arguments.log.allowTruncated, {found.input});
 }
 
 int info(InfoArguments& arguments)
 {
-  const tools::MapInfo found = tools::readMapInfo(arguments.map);
+  if (tools::isNameOfLog(arguments.path)) return logInfo(arguments);
+  const tools::MapInfo found = tools::readMapInfo(arguments.path);
   if (arguments.json)
     print(tools::mapInfoJson(found));
   else
@@ -32,8 +65,9 @@ int info(InfoArguments& arguments)
 void addInfo(CLI::App& app, Action& action)
 {
   addCommand<InfoArguments>(app, action, "info",
-                            "Show what a map holds: class, cells, extent, evidence, every option", describe,
-                            info);
+                            "Show what a map holds (class, cells, extent, evidence, every option), or a log "
+                            "(sensors, scans, ranges, poses)",
+                            describe, info, check);
 }
 
 }  // namespace lamap::app

@@ -34,10 +34,9 @@ void addMapArgument(CLI::App& command, std::string& map)
   command.add_option("map", map, "A saved map (.lamap.gz), or OctoMap's .ot or .bt")->required();
 }
 
-std::vector<CLI::Option*> addLogOptions(CLI::App& command, LogArguments& arguments,
-                                        tools::InputOptions& inputs, unsigned& threads)
+std::vector<CLI::Option*> addInputOptions(CLI::App& command, LogArguments& arguments,
+                                          tools::InputOptions& inputs)
 {
-  constexpr int64_t kMostThreads = 1024;  // more than any machine has: a mistake
   return {
       command.add_option(
           "--poses", inputs.posesPath,
@@ -45,9 +44,18 @@ std::vector<CLI::Option*> addLogOptions(CLI::App& command, LogArguments& argumen
       command.add_option("--sensor-origin", arguments.sensorOrigin,
                          "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]"),
       command.add_flag("--static", inputs.standingStill, "For rawlogs: the robot stood still at the origin"),
-      command.add_option("--threads", threads, "Number of threads; 0: as many as the machine has")
-          ->check(wholeNumber(0, kMostThreads)),
       addAllowTruncated(command, arguments.allowTruncated)};
+}
+
+std::vector<CLI::Option*> addLogOptions(CLI::App& command, LogArguments& arguments,
+                                        tools::InputOptions& inputs, unsigned& threads)
+{
+  constexpr int64_t kMostThreads = 1024;  // more than any machine has: a mistake
+  std::vector<CLI::Option*> options = addInputOptions(command, arguments, inputs);
+  options.push_back(
+      command.add_option("--threads", threads, "Number of threads; 0: as many as the machine has")
+          ->check(wholeNumber(0, kMostThreads)));
+  return options;
 }
 
 CLI::Option* addAllowTruncated(CLI::App& command, bool& allowTruncated)

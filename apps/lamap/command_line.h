@@ -40,7 +40,7 @@ void addCommand(CLI::App& app, Action& action, const std::string& name, const st
 /// The map file that a command reads.
 void addMapArgument(CLI::App& command, std::string& map);
 
-// ---- For commands that build maps from logs
+// ---- For commands that read logs
 
 struct LogArguments
 {
@@ -48,7 +48,10 @@ struct LogArguments
   bool allowTruncated = false;
 };
 
-/// Adds --poses, --sensor-origin, --static, --threads and --allow-truncated. @return these options
+/// Adds --poses, --sensor-origin, --static and --allow-truncated. @return these options
+std::vector<CLI::Option*> addInputOptions(CLI::App& command, LogArguments& arguments,
+                                          tools::InputOptions& inputs);
+/// Adds those and --threads. @return all these options
 std::vector<CLI::Option*> addLogOptions(CLI::App& command, LogArguments& arguments,
                                         tools::InputOptions& inputs, unsigned& threads);
 CLI::Option* addAllowTruncated(CLI::App& command, bool& allowTruncated);

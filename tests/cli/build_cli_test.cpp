@@ -208,6 +208,33 @@ TEST_F(BuildProgram, SignalsSaveTheMapSoFarAndEndWith130)
   EXPECT_EQ(folder_.size(), 4U) << "two logs, two maps, nothing temporary";
 }
 
+TEST_F(BuildProgram, InfoDescribesALogAsItDoesAMap)
+{
+  const std::string log = smallLog();
+  const Outcome text = run({"info", log});
+  EXPECT_EQ(text.exitCode, 0) << text.err;
+  EXPECT_EQ(text.err, "");
+  EXPECT_NE(text.out.find("sensor CObservation2DRangeScan"), std::string::npos) << text.out;
+  const Outcome json = run({"info", log, "--static", "--json"});
+  EXPECT_EQ(json.exitCode, 0) << json.err;
+  EXPECT_NE(json.out.find("\"the robot stands at the origin\""), std::string::npos) << json.out;
+
+  const std::string whole = fileContent(log);
+  const std::string cut = folder_.write("cut.rawlog", whole.substr(0, whole.size() / 2 + 3));
+  const Outcome damaged = run({"info", cut});
+  EXPECT_EQ(damaged.exitCode, 1);
+  EXPECT_NE(damaged.err.find("cut short"), std::string::npos) << damaged.err;
+  EXPECT_EQ(run({"info", cut, "--allow-truncated"}).exitCode, 0);
+
+  const std::string map = folder_ / "a.lamap.gz";
+  EXPECT_EQ(run({"build", "-i", log, "-m", "bgkMap", "-o", map}).exitCode, 0);
+  EXPECT_EQ(run({"info", map}).exitCode, 0);
+  const Outcome wrong = run({"info", map, "--static"});
+  EXPECT_EQ(wrong.exitCode, 2);
+  EXPECT_NE(wrong.err.find("--static: is for logs only"), std::string::npos) << wrong.err;
+  EXPECT_EQ(run({"info", folder_ / "none.rawlog"}).exitCode, 1);
+}
+
 TEST_F(BuildProgram, RunPassesArgumentsEnvironmentAndExitCodeOn)
 {
   const Outcome outcome =

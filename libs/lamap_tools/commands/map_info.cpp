@@ -1,12 +1,12 @@
 #include <lamap_tools/cells/octomap_file.h>
 #include <lamap_tools/commands/map_info.h>
 #include <lamap_tools/files/file_output.h>
+#include <lamap_tools/report/fact_line.h>
 #include <mrpt/core/format.h>
 #include <mrpt/maps/CPointsMap.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <iomanip>
 #include <ostream>
 #include <type_traits>
 #include <variant>
@@ -58,14 +58,6 @@ MapInfo readMapInfo(const std::string& path)
 
 namespace
 {
-void printLine(std::ostream& out, const std::string& name, const std::string& text,
-               const std::string& unit = "")
-{
-  constexpr int kNameWidth = 34;
-  out << std::left << std::setw(kNameWidth) << name << ' ' << text << (unit.empty() ? "" : " ") << unit
-      << '\n';
-}
-
 /// Ten digits are more than any sensor gives, and hide what doubles do to 0.1.
 std::string metres(double length_m)
 {
@@ -80,19 +72,19 @@ std::string percent(uint64_t part, uint64_t whole)
 
 void printCells(const CellSummary& cells, std::ostream& out)
 {
-  printLine(out, "resolution", metres(cells.resolution_m), "m");
-  printLine(out, "observed cells", std::to_string(cells.observed()));
+  printFact(out, "resolution", metres(cells.resolution_m), "m");
+  printFact(out, "observed cells", std::to_string(cells.observed()));
   if (!cells.extent) return;
-  printLine(out, "  occupied", percent(cells.occupied, cells.observed()));
-  printLine(out, "  free", percent(cells.free, cells.observed()));
-  printLine(out, "  unknown", percent(cells.unknown, cells.observed()));
+  printFact(out, "  occupied", percent(cells.occupied, cells.observed()));
+  printFact(out, "  free", percent(cells.free, cells.observed()));
+  printFact(out, "  unknown", percent(cells.unknown, cells.observed()));
   const Eigen::AlignedBox3d box_m = cells.extent->box_m(cells.resolution_m);
   for (int i = 0; i < 3; ++i)
-    printLine(out, std::string("extent ") + "xyz"[i],
+    printFact(out, std::string("extent ") + "xyz"[i],
               metres(box_m.min()[i]) + " .. " + metres(box_m.max()[i]) + " m, " + metres(box_m.sizes()[i]),
               "m");
   for (size_t i = 0; i < cells.evidenceNames.size(); ++i)
-    printLine(out, "sum of " + cells.evidenceNames[i], shortest(cells.evidenceSums[i]));
+    printFact(out, "sum of " + cells.evidenceNames[i], shortest(cells.evidenceSums[i]));
 }
 
 /// Facts that printCells() has printed already, in the same words for every class.
@@ -131,17 +123,17 @@ Json cellsJson(const CellSummary& cells)
 
 void printMapInfo(const MapInfo& info, std::ostream& out)
 {
-  printLine(out, "file", info.path);
-  printLine(out, "file size", std::to_string(info.fileBytes), "bytes");
-  printLine(out, "class", info.className);
-  if (!info.alias.empty()) printLine(out, "alias", info.alias);
-  if (info.formatVersion) printLine(out, "format version", std::to_string(*info.formatVersion));
-  if (!info.description.empty()) printLine(out, "description", info.description);
+  printFact(out, "file", info.path);
+  printFact(out, "file size", std::to_string(info.fileBytes), "bytes");
+  printFact(out, "class", info.className);
+  if (!info.alias.empty()) printFact(out, "alias", info.alias);
+  if (info.formatVersion) printFact(out, "format version", std::to_string(*info.formatVersion));
+  if (!info.description.empty()) printFact(out, "description", info.description);
   if (info.cells) printCells(*info.cells, out);
   for (const auto& fact : info.facts)
-    if (!info.cells || !isCellCount(fact)) printLine(out, fact.name, fact.text(), fact.unit);
+    if (!info.cells || !isCellCount(fact)) printFact(out, fact.name, fact.text(), fact.unit);
   for (const auto& option : info.options)
-    printLine(out, option.section + "." + option.key, option.text.empty() ? "(empty)" : option.text,
+    printFact(out, option.section + "." + option.key, option.text.empty() ? "(empty)" : option.text,
               option.unit);
 }
 

@@ -144,7 +144,7 @@ class FrameReader
     else if (const auto observation = std::dynamic_pointer_cast<CObservation>(entry))
       add(observation, step);
     else
-      step.foreign = LeftOutScan{shortClassName(*entry), "not an observation"};
+      step.foreign = LeftOutScan{shortClassName(*entry), "not an observation", nullptr};
     step.frameTime = timeOf(step.frame, actionTime_);
     return step;
   }
@@ -292,7 +292,7 @@ class RawlogSource : public ScanSource
  public:
   RawlogSource(const std::string& path, std::shared_ptr<const PoseTrack> givenPoses,
                const InputOptions& options)
-      : ScanSource(path)
+      : ScanSource(path), mustOverlap_(!options.evenWithoutPoses)
   {
     const RawlogFile::Trial trial = RawlogFile::tryReading(path, surveyOf, options.shouldStop);
     if (trial.stopped)
@@ -310,9 +310,17 @@ class RawlogSource : public ScanSource
     else if (survey.hasActions)
       followActions(survey);
     else if (!survey.odometryTimes.empty())
+    {
       follow(std::make_shared<const PoseTrack>(survey.posesOfOdometry()), survey, "odometry");
+      posesAreOdometry_ = true;
+    }
     else if (survey.frames <= 1)
       stand("the log holds no poses; what it holds is taken at the origin");
+    else if (options.evenWithoutPoses)
+    {
+      kind_ = Poses::None;
+      notes_ = {"none: give --poses FILE, or --static if the robot stood still"};
+    }
     else
       throw std::runtime_error(
           path + ": holds " + std::to_string(survey.frames) +
@@ -344,6 +352,7 @@ class RawlogSource : public ScanSource
  private:
   enum class Poses
   {
+    None,
     Standing,
     Actions,
     Track
@@ -357,7 +366,7 @@ class RawlogSource : public ScanSource
 
   void follow(std::shared_ptr<const PoseTrack> track, const Survey& survey, const std::string& origin)
   {
-    requireOverlap(path_, survey, *track);
+    if (mustOverlap_) requireOverlap(path_, survey, *track);
     kind_ = Poses::Track;
     track_ = std::move(track);
     notes_ = {std::to_string(track_->poses().size()) + " poses from " + origin};
@@ -366,6 +375,7 @@ class RawlogSource : public ScanSource
   void followActions(const Survey& survey)
   {
     kind_ = Poses::Actions;
+    posesAreOdometry_ = true;
     notes_ = {"poses from the log's actions"};
     if (survey.timesGoBackwards)
       notes_[0] += "; its time stamps go backwards: every observation takes the pose of its frame";
@@ -378,10 +388,13 @@ class RawlogSource : public ScanSource
     const auto time = validTime(observation->timestamp);
     if (kind_ == Poses::Standing) return ObservedScan{observation, CPose3D()};
     if (kind_ == Poses::Actions) return ObservedScan{observation, poseFromActions(time, step)};
-    if (!time) return LeftOutScan{shortClassName(*observation), "it has no time stamp"};
+    const auto leftOut = [&](const char* reason) {
+      return LeftOutScan{shortClassName(*observation), reason, observation};
+    };
+    if (kind_ == Poses::None) return leftOut("the log holds no poses");
+    if (!time) return leftOut("it has no time stamp");
     const auto pose = track_->at(*time);
-    if (!pose)
-      return LeftOutScan{shortClassName(*observation), "it lies before the first or after the last pose"};
+    if (!pose) return leftOut("it lies before the first or after the last pose");
     return ObservedScan{observation, *pose};
   }
 
@@ -398,6 +411,7 @@ class RawlogSource : public ScanSource
     return pose.value_or(step.actionPose_map);
   }
 
+  bool mustOverlap_ = true;
   std::optional<RawlogFile::Limit> limit_;
   Poses kind_ = Poses::Standing;
   std::shared_ptr<const PoseTrack> track_;

@@ -34,13 +34,20 @@ enum class InputKind
   Graph
 };
 
-InputKind kindOf(const std::string& path)
+/// Nothing for a name that is of no kind.
+std::optional<InputKind> kindByName(const std::string& path)
 {
-  if (!fs::exists(path)) throw std::runtime_error(path + ": does not exist");
   if (fs::is_directory(path) || endsWith(path, ".pcd")) return InputKind::Pcd;
   if (endsWith(path, ".rawlog") || endsWith(path, ".rawlog.gz")) return InputKind::Rawlog;
   if (endsWith(path, ".simplemap") || endsWith(path, ".simplemap.gz")) return InputKind::SimpleMap;
   if (endsWith(path, ".graph")) return InputKind::Graph;
+  return std::nullopt;
+}
+
+InputKind kindOf(const std::string& path)
+{
+  if (!fs::exists(path)) throw std::runtime_error(path + ": does not exist");
+  if (const auto kind = kindByName(path)) return *kind;
   throw UsageError(
       path +
       ": not a known kind of input; expected .rawlog, .simplemap, .simplemap.gz, .pcd, a folder of "
@@ -254,6 +261,16 @@ bool inNaturalOrder(const std::string& a, const std::string& b)
   }
   if (i == a.size() && j == b.size()) return a < b;  // equal but for leading zeros
   return i == a.size();
+}
+
+bool isNameOfLog(const std::string& path)
+{
+  return kindByName(path).has_value();
+}
+
+std::string sensorNameOf(const mrpt::obs::CObservation& observation)
+{
+  return observation.sensorLabel.empty() ? shortClassName(observation) : observation.sensorLabel;
 }
 
 std::string shortClassName(const mrpt::rtti::CObject& object)

@@ -37,12 +37,16 @@ struct LeftOutScan
 {
   std::string kind;
   std::string reason;
+  mrpt::obs::CObservation::Ptr observation{};  ///< null: it is not an observation
 };
 
 using ScanItem = std::variant<ObservedScan, PointScan, LeftOutScan>;
 
 /// An object's class without its namespace, for reports.
 [[nodiscard]] std::string shortClassName(const mrpt::rtti::CObject& object);
+
+/// What a sensor is called: its label, or its class where an observation has none.
+[[nodiscard]] std::string sensorNameOf(const mrpt::obs::CObservation& observation);
 
 /** A deep copy for another thread or map, because MRPT's observations load external files and cache results
  * even when they are const. */
@@ -62,6 +66,8 @@ class ScanSource
   [[nodiscard]] virtual std::optional<ScanItem> next() = 0;
   /// What could not be read, because a file was cut short or is damaged, as far as next() has met it.
   [[nodiscard]] const std::vector<std::string>& damages() const { return damages_; }
+  /// Whether the poses are a robot's odometry as the log holds it, which drifts.
+  [[nodiscard]] bool posesAreOdometry() const { return posesAreOdometry_; }
   /// Remarks for the report on how this input was read.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
@@ -74,6 +80,7 @@ class ScanSource
   size_t expectedItems_ = 0;
   std::vector<std::string> damages_;
   std::vector<std::string> notes_;
+  bool posesAreOdometry_ = false;
 };
 
 struct InputOptions
@@ -88,6 +95,8 @@ struct InputOptions
   Eigen::Vector3d sensorOrigin = Eigen::Vector3d::Zero();
   /// For rawlogs: the robot stood still at the map's origin, whatever the log says.
   bool standingStill = false;
+  /// To look at rawlogs without poses: what they hold is left out, with that reason, instead of an error.
+  bool evenWithoutPoses = false;
   /// Called from time to time while a log is surveyed.
   std::function<bool()> shouldStop = [] { return false; };
 };
@@ -109,6 +118,9 @@ struct InputOptions
  * @throws UsageError if an option does not go with the inputs, std::runtime_error naming the file if one
  * cannot be read at all, holds no pose, or the number of poses is not that of the PCD files. */
 [[nodiscard]] std::vector<std::unique_ptr<ScanSource>> openInputs(const InputOptions& options);
+
+/// Whether the name is one of a log, whether or not lamap reads this kind (`.bag`), or of a folder.
+[[nodiscard]] bool isNameOfLog(const std::string& path);
 
 /// Whether a name comes before another one, with the numbers in it compared as numbers.
 [[nodiscard]] bool inNaturalOrder(const std::string& a, const std::string& b);
