@@ -10,6 +10,7 @@ namespace
 struct ThinArguments
 {
   tools::ThinOptions options;
+  ChoiceArguments choice;
   bool allowTruncated = false;
 };
 
@@ -21,15 +22,24 @@ void describe(CLI::App& command, ThinArguments& arguments)
   command.add_option("-o,--output", options.outPath, "Where to save it; must be the same kind of log")
       ->required();
   command.add_option("--keep-every", options.every, "Keep every Nth ray of each 2D scan and point cloud")
-      ->required()
       ->check(wholeNumber(1, kMostEvery));
+  addChoiceOptions(command, arguments.choice, options.choice);
   addAllowTruncated(command, arguments.allowTruncated);
+}
+
+void check(const CLI::App& command, const ThinArguments& /*arguments*/)
+{
+  for (const char* flag : {"--keep-every", "--sensors", "--every", "--from", "--to"})
+    if (command.count(flag) > 0) return;
+  throw CLI::ValidationError("thin",
+                             "give --keep-every N, or what to keep: --sensors, --every, --from, --to");
 }
 
 int thin(ThinArguments& arguments)
 {
   tools::ThinOptions& options = arguments.options;
   tools::requireOwnPlaces({options.outPath}, {options.inPath});
+  prepareChoice(arguments.choice, options.choice);
   catchStopSignals();
   options.shouldStop = stopRequested;
   const tools::ThinReport report =
@@ -44,8 +54,9 @@ int thin(ThinArguments& arguments)
 
 void addThin(CLI::App& app, Action& action)
 {
-  addCommand<ThinArguments>(app, action, "thin", "Rewrite a log as if its sensors had fewer beams", describe,
-                            thin);
+  addCommand<ThinArguments>(app, action, "thin",
+                            "Rewrite a log as if its sensors had fewer beams, or a part of it", describe,
+                            thin, check);
 }
 
 }  // namespace lamap::app

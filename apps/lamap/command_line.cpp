@@ -34,17 +34,44 @@ void addMapArgument(CLI::App& command, std::string& map)
   command.add_option("map", map, "A saved map (.lamap.gz), or OctoMap's .ot or .bt")->required();
 }
 
+std::vector<CLI::Option*> addChoiceOptions(CLI::App& command, ChoiceArguments& arguments,
+                                           tools::ScanChoice& choice)
+{
+  return {command.add_option("--sensors", arguments.sensors,
+                             "Use only these sensors of the logs: their labels, separated by commas"),
+          command
+              .add_option("--every", choice.every,
+                          "Use every Nth observation of each sensor, of those that are chosen otherwise")
+              ->check(wholeNumber(1, kMostEvery)),
+          command.add_option("--from", arguments.from,
+                             "Use observations from this time on: seconds from the log's first time stamp, "
+                             "seconds since 1970, or a date like 2006-01-21T10:05:07 (UTC)"),
+          command.add_option("--to", arguments.to, "Use observations up to this time")};
+}
+
+void prepareChoice(const ChoiceArguments& arguments, tools::ScanChoice& choice)
+{
+  if (!arguments.sensors.empty())
+    for (const std::string_view name : tools::fieldsBetween(arguments.sensors, ","))
+      choice.sensors.emplace_back(name);
+  if (!arguments.from.empty()) choice.from = tools::LogTime("--from", arguments.from);
+  if (!arguments.to.empty()) choice.to = tools::LogTime("--to", arguments.to);
+}
+
 std::vector<CLI::Option*> addInputOptions(CLI::App& command, LogArguments& arguments,
                                           tools::InputOptions& inputs)
 {
-  return {
-      command.add_option(
-          "--poses", inputs.posesPath,
-          "Poses to use instead of the log's (TUM format or MRPT's path text); for PCD files, one per file"),
-      command.add_option("--sensor-origin", arguments.sensorOrigin,
-                         "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]"),
-      command.add_flag("--static", inputs.standingStill, "For rawlogs: the robot stood still at the origin"),
-      addAllowTruncated(command, arguments.allowTruncated)};
+  std::vector<CLI::Option*> options = addChoiceOptions(command, arguments.choice, inputs.choice);
+  options.insert(
+      options.end(),
+      {command.add_option(
+           "--poses", inputs.posesPath,
+           "Poses to use instead of the log's (TUM format or MRPT's path text); for PCD files, one per file"),
+       command.add_option("--sensor-origin", arguments.sensorOrigin,
+                          "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]"),
+       command.add_flag("--static", inputs.standingStill, "For rawlogs: the robot stood still at the origin"),
+       addAllowTruncated(command, arguments.allowTruncated)});
+  return options;
 }
 
 std::vector<CLI::Option*> addLogOptions(CLI::App& command, LogArguments& arguments,
@@ -70,6 +97,7 @@ void prepareInputs(const LogArguments& arguments, tools::InputOptions& inputs)
     const auto origin = tools::parsePoint(arguments.sensorOrigin);
     inputs.sensorOrigin = {origin.x, origin.y, origin.z};
   }
+  prepareChoice(arguments.choice, inputs.choice);
   catchStopSignals();
   inputs.shouldStop = stopRequested;
 }

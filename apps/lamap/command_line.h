@@ -42,13 +42,25 @@ void addMapArgument(CLI::App& command, std::string& map);
 
 // ---- For commands that read logs
 
+struct ChoiceArguments
+{
+  std::string sensors;
+  std::string from;
+  std::string to;
+};
+
 struct LogArguments
 {
+  ChoiceArguments choice;
   std::string sensorOrigin;
   bool allowTruncated = false;
 };
 
-/// Adds --poses, --sensor-origin, --static and --allow-truncated. @return these options
+/// Adds --sensors, --every, --from and --to. @return these options
+std::vector<CLI::Option*> addChoiceOptions(CLI::App& command, ChoiceArguments& arguments,
+                                           tools::ScanChoice& choice);
+/// Adds --poses, --sensor-origin, --static, those that choose from a log, and --allow-truncated.
+/// @return these options
 std::vector<CLI::Option*> addInputOptions(CLI::App& command, LogArguments& arguments,
                                           tools::InputOptions& inputs);
 /// Adds those and --threads. @return all these options
@@ -57,8 +69,11 @@ std::vector<CLI::Option*> addLogOptions(CLI::App& command, LogArguments& argumen
 CLI::Option* addAllowTruncated(CLI::App& command, bool& allowTruncated);
 
 /// Call before the inputs are opened: from then on, Ctrl-C ends the reading.
-/// @throws UsageError if the sensor's origin is not a point
+/// @throws UsageError if the sensor's origin is not a point, or a time is none
 void prepareInputs(const LogArguments& arguments, tools::InputOptions& inputs);
+
+/// @throws UsageError if a time is none
+void prepareChoice(const ChoiceArguments& arguments, tools::ScanChoice& choice);
 
 /// Reports what could not be read of the inputs. @return the resulting exit code
 int tellDamages(bool allowTruncated, const std::vector<tools::InputReport>& inputs);

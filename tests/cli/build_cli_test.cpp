@@ -235,6 +235,41 @@ TEST_F(BuildProgram, InfoDescribesALogAsItDoesAMap)
   EXPECT_EQ(run({"info", folder_ / "none.rawlog"}).exitCode, 1);
 }
 
+// What cannot be chosen is named by every command that reads logs; what can, is used.
+TEST_F(BuildProgram, EveryCommandThatReadsLogsChoosesFromThem)
+{
+  const std::string log = smallLog(40);
+  const std::string best = folder_ / "best.ini";
+  const std::vector<std::vector<std::string>> commands{
+      {"info", log},
+      {"build", "-i", log, "-m", "bgkMap", "-o", folder_ / "a.lamap.gz"},
+      {"eval", "--held-out", "2", "-i", log, "-m", "bgkMap"},
+      {"tune", "-i", log, "-m", "bgkMap", "-s", "insertOpts.freeWeight=0.5,1", "--held-out", "2", "-o", best},
+      {"compare", "-i", log, "-m", "bgkMap"},
+      {"thin", "-i", log, "-o", folder_ / "part.rawlog"}};
+  for (const auto& command : commands)
+  {
+    SCOPED_TRACE(command[0]);
+    const auto with = [&](std::vector<std::string> flags)
+    {
+      flags.insert(flags.begin(), command.begin(), command.end());
+      return run(flags);
+    };
+    const Outcome unknown = with({"--sensors", "FRONT"});
+    EXPECT_EQ(unknown.exitCode, 1);
+    EXPECT_NE(unknown.err.find("there are: CObservation2DRangeScan"), std::string::npos) << unknown.err;
+    EXPECT_EQ(with({"--from", "soon"}).exitCode, 2);
+    EXPECT_EQ(with({"--every", "0"}).exitCode, 2);
+    const Outcome none = with({"--from", "2030-01-01"});
+    EXPECT_EQ(none.exitCode, 1);
+    EXPECT_NE(none.err.find("selects none of the 40 observations"), std::string::npos) << none.err;
+    const Outcome some =
+        with({"--sensors", "CObservation2DRangeScan", "--every", "3", "--from", "4", "--to", "30"});
+    EXPECT_EQ(some.exitCode, 0) << some.err;
+  }
+  EXPECT_EQ(run({"thin", "-i", log, "-o", folder_ / "part.rawlog"}).exitCode, 2) << "neither rays nor scans";
+}
+
 TEST_F(BuildProgram, RunPassesArgumentsEnvironmentAndExitCodeOn)
 {
   const Outcome outcome =

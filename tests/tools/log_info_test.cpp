@@ -65,11 +65,11 @@ TEST(LogInfo, CountsWhatTheReadingsOfEachSensorMean)
   EXPECT_EQ(front.look.count(RayEnd::NoReturn), 2U);
   EXPECT_EQ(front.look.count(RayEnd::Dropped), 4U);
   EXPECT_EQ(front.look.count(RayEnd::TooNear), 2U);
-  ASSERT_TRUE(front.look.ranges && front.look.statedRanges && front.time && info.time);
+  ASSERT_TRUE(front.look.ranges && front.look.statedRanges && front.time && info.firstTime);
   EXPECT_NEAR(front.look.ranges->shortest_m, 2.4, 1e-6);
   EXPECT_NEAR(front.look.ranges->longest_m, 2.8, 1e-6);
   EXPECT_EQ(front.look.statedRanges->longest_m, 20);
-  EXPECT_EQ(info.time->first, at(0));
+  EXPECT_EQ(*info.firstTime, at(0));
   EXPECT_EQ(front.time->last, at(2));
 
   EXPECT_NE(textOf(info).find("returns                        10 (55.6 %)"), std::string::npos)

@@ -239,8 +239,8 @@ void printSensor(const SensorInfo& sensor, const LogInfo& info, std::ostream& ou
   printFact(out, "sensor " + sensor.name, sensor.className);
   std::string scans = std::to_string(sensor.scans);
   if (sensor.time)
-    scans += mrpt::format(", %.3f s to %.3f s", secondsBetween(info.time->first, sensor.time->first),
-                          secondsBetween(info.time->first, sensor.time->last));
+    scans += mrpt::format(", %.3f s to %.3f s", secondsBetween(*info.firstTime, sensor.time->first),
+                          secondsBetween(*info.firstTime, sensor.time->last));
   if (const auto rate = rateOf(sensor)) scans += mrpt::format(", %.2f per second", *rate);
   if (sensor.withoutTime > 0) scans += ", " + std::to_string(sensor.withoutTime) + " without a time stamp";
   printFact(out, "  scans", scans);
@@ -286,7 +286,7 @@ Json spanJson(const std::optional<LengthSpan>& span)
 Json sensorJson(const SensorInfo& sensor, const LogInfo& info)
 {
   Json json{{"name", sensor.name}, {"class", sensor.className}, {"scans", sensor.scans}};
-  const auto sinceFirst = [&](Time time) { return secondsBetween(info.time->first, time); };
+  const auto sinceFirst = [&](Time time) { return secondsBetween(*info.firstTime, time); };
   json["first"] = sensor.time ? Json(sinceFirst(sensor.time->first)) : Json(nullptr);
   json["last"] = sensor.time ? Json(sinceFirst(sensor.time->last)) : Json(nullptr);
   json["perSecond"] = jsonOf(rateOf(sensor));
@@ -338,10 +338,12 @@ LogInfo readLogInfo(InputOptions options, const ProgressSink& progress)
   info.stopped =
       !visitScans(sources, options.shouldStop, progress, [&](const ScanItem& item) { reader.read(item); });
   reader.finish(info);
+  info.firstTime = sources.at(0)->contents().firstTime;
   info.path = options.paths.at(0);
   info.fileBytes = bytesOf(info.path);
   info.input = reportsOf(sources).at(0);
-  info.poses = info.input.notes;
+  info.poses = sources.at(0)->notes();
+  if (const auto& chooser = sources.at(0)->chooser()) info.choice = chooser->summary();
   info.posesAreOdometry = sources.at(0)->posesAreOdometry();
   return info;
 }
@@ -352,9 +354,10 @@ void printLogInfo(const LogInfo& info, std::ostream& out)
   printFact(out, "file size", std::to_string(info.fileBytes), "bytes");
   if (info.time)
   {
-    printFact(out, "first time stamp", dateText(info.time->first), "s since 1970");
+    printFact(out, "first time stamp", dateText(*info.firstTime), "s since 1970");
     printFact(out, "duration", mrpt::format("%.3f", info.time->seconds()), "s");
   }
+  if (!info.choice.empty()) printFact(out, "choice", info.choice);
   for (const SensorInfo& sensor : info.sensors) printSensor(sensor, info, out);
   for (const std::string& text : info.poses) printFact(out, "poses", text);
   if (info.robotPath) printPath(*info.robotPath, out);
@@ -369,8 +372,9 @@ void printLogInfo(const LogInfo& info, std::ostream& out)
 Json logInfoJson(const LogInfo& info)
 {
   Json json{{"file", info.path}, {"fileBytes", info.fileBytes}};
-  json["firstTime"] = info.time ? Json(mrpt::Clock::toDouble(info.time->first)) : Json(nullptr);
+  json["firstTime"] = info.firstTime ? Json(mrpt::Clock::toDouble(*info.firstTime)) : Json(nullptr);
   json["duration"] = info.time ? Json(info.time->seconds()) : Json(nullptr);
+  json["choice"] = info.choice;
   json["sensors"] = Json::array();
   for (const SensorInfo& sensor : info.sensors) json["sensors"].push_back(sensorJson(sensor, info));
   json["poses"] = {{"notes", info.poses}, {"odometry", info.posesAreOdometry}};

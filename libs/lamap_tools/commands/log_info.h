@@ -52,9 +52,12 @@ struct PathInfo
 struct LogInfo
 {
   std::string path;
-  uint64_t fileBytes = 0;             ///< of a folder: its PCD files together
-  std::optional<TimeSpan> time;       ///< of all observations but odometry
+  uint64_t fileBytes = 0;  ///< of a folder: its PCD files together
+  /// Of all that the log holds but odometry.
+  std::optional<mrpt::Clock::time_point> firstTime;
+  std::optional<TimeSpan> time;       ///< of the observations that were chosen
   std::vector<SensorInfo> sensors;    ///< by name
+  std::string choice;                 ///< what of the log was chosen; empty: all
   std::vector<std::string> poses;     ///< where they come from, and remarks
   bool posesAreOdometry = false;      ///< see ScanSource
   std::optional<PathInfo> robotPath;  ///< nothing where no observation has a pose

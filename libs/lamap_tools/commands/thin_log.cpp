@@ -8,6 +8,7 @@
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/maps/CPointsMap.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CObservationPointCloud.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/poses/CPose3DPDF.h>
@@ -77,16 +78,53 @@ std::string kindOf(const std::string& path)
   throw UsageError(path + ": expected a .rawlog, .simplemap or .simplemap.gz");
 }
 
+bool isOdometry(const CObservation& observation)
+{
+  return IS_CLASS(observation, mrpt::obs::CObservationOdometry);
+}
+
+void includeAll(const CSensoryFrame& frame, LogContents& contents)
+{
+  for (const CObservation::Ptr& observation : frame)
+    if (!isOdometry(*observation)) contents.include(*observation);
+}
+
+LogContents contentsOf(RawlogFile&& log)
+{
+  LogContents contents;
+  while (const auto entry = log.next())
+  {
+    const auto* observation = dynamic_cast<const CObservation*>(entry.get());
+    if (observation && !isOdometry(*observation)) contents.include(*observation);
+    if (const auto* frame = dynamic_cast<const CSensoryFrame*>(entry.get())) includeAll(*frame, contents);
+  }
+  return contents;
+}
+
 /// Thins observations and counts them.
 class Thinner
 {
  public:
-  Thinner(size_t every, ThinReport& report) : every_(every), report_(report) {}
+  Thinner(const ThinOptions& options, ThinReport& report)
+      : every_(options.every), chooser_(options.choice), choosesAll_(options.choice.isAll()), report_(report)
+  {
+  }
 
+  [[nodiscard]] bool choosesAll() const { return choosesAll_; }
+
+  /// Of the log that is thinned, unless all of it is chosen.
+  void setContents(LogContents contents, const std::string& path)
+  {
+    contents_ = std::move(contents);
+    chooser_.requireSensors({contents_}, path);
+  }
+
+  /// @return null if it is not chosen
   [[nodiscard]] CObservation::Ptr operator()(const CObservation::Ptr& observation)
   {
+    if (!choosesAll_ && !isOdometry(*observation) && !chooser_.takes(*observation, contents_)) return nullptr;
     const std::string name = observation->GetRuntimeClass()->className;
-    const auto fewer = thinned(*observation, every_);
+    const auto fewer = every_ == 1 ? std::nullopt : thinned(*observation, every_);
     ++(fewer ? report_.thinned : report_.asTheyAre)[name];
     return fewer.value_or(observation);
   }
@@ -94,12 +132,24 @@ class Thinner
   [[nodiscard]] CSensoryFrame::Ptr operator()(const CSensoryFrame& frame)
   {
     auto result = CSensoryFrame::Create();
-    for (const CObservation::Ptr& observation : frame) result->insert((*this)(observation));
+    for (const CObservation::Ptr& observation : frame)
+      if (const auto kept = (*this)(observation)) result->insert(kept);
     return result;
+  }
+
+  /// After the last observation. @throws std::runtime_error if there were some, but none was chosen
+  void finish(const std::string& path)
+  {
+    if (choosesAll_) return;
+    chooser_.requireTaken(path);
+    report_.choice = chooser_.summary();
   }
 
  private:
   size_t every_;
+  ScanChooser chooser_;
+  bool choosesAll_;
+  LogContents contents_;
   ThinReport& report_;
 };
 
@@ -130,17 +180,25 @@ void thinSimpleMap(const ThinOptions& options, const ProgressSink& progress, Thi
 {
   Output out(options.outPath);
   const mrpt::maps::CSimpleMap map = readSimpleMap(options.inPath, options.shouldStop);
+  if (!thin.choosesAll())
+  {
+    LogContents contents;
+    for (size_t i = 0; i < map.size(); ++i) includeAll(*compat::keyframeAt(map, i).frame, contents);
+    thin.setContents(std::move(contents), options.inPath);
+  }
   mrpt::maps::CSimpleMap result;
   for (size_t i = 0; i < map.size() && !(report.stopped = options.shouldStop()); ++i)
   {
     const auto keyframe = compat::keyframeAt(map, i);
     const auto pose =
         std::dynamic_pointer_cast<mrpt::poses::CPose3DPDF>(keyframe.pose->duplicateGetSmartPtr());
-    result.insert(pose, thin(*keyframe.frame));
+    const auto frame = thin(*keyframe.frame);
+    if (!frame->empty() || keyframe.frame->empty()) result.insert(pose, frame);
     if (progress) progress({i + 1, map.size(), options.inPath});
   }
   report.stopped = options.shouldStop();
   if (report.stopped) return;
+  thin.finish(options.inPath);
   out.write(result);
   out.commit();
   report.saved = true;
@@ -157,6 +215,8 @@ void thinRawlog(const ThinOptions& options, const ProgressSink& progress, Thinne
     return std::vector<uint8_t>();
   };
   const auto trial = RawlogFile::tryReading(options.inPath, readAll, options.shouldStop);
+  if (!thin.choosesAll() && !trial.stopped)
+    thin.setContents(contentsOf(RawlogFile(options.inPath, trial.limit)), options.inPath);
   RawlogFile file(options.inPath, trial.limit);
   size_t entries = 0;
   while (!(report.stopped = options.shouldStop()))
@@ -166,7 +226,9 @@ void thinRawlog(const ThinOptions& options, const ProgressSink& progress, Thinne
     if (const auto frame = std::dynamic_pointer_cast<CSensoryFrame>(entry))
       out.write(*thin(*frame));
     else if (const auto observation = std::dynamic_pointer_cast<CObservation>(entry))
-      out.write(*thin(observation));
+    {
+      if (const auto kept = thin(observation)) out.write(*kept);
+    }
     else
       out.write(*entry);
     ++entries;
@@ -175,6 +237,7 @@ void thinRawlog(const ThinOptions& options, const ProgressSink& progress, Thinne
   if (report.stopped) return;
   report.damage = file.damage();
   if (entries == 0) throw std::runtime_error(options.inPath + ": holds no entries; nothing is written");
+  thin.finish(options.inPath);
   out.commit();
   report.saved = true;
 }
@@ -203,7 +266,7 @@ ThinReport thinLog(const ThinOptions& options, const ProgressSink& progress)
     throw UsageError(options.outPath + ": must be of the input's kind, a " + kind);
   if (!std::filesystem::exists(options.inPath)) throw std::runtime_error(options.inPath + ": does not exist");
   ThinReport report;
-  Thinner thin(options.every, report);
+  Thinner thin(options, report);
   try
   {
     if (kind == ".rawlog")
@@ -222,6 +285,7 @@ ThinReport thinLog(const ThinOptions& options, const ProgressSink& progress)
 
 void printReport(const ThinReport& report, const ThinOptions& options, std::ostream& out)
 {
+  if (!report.choice.empty()) out << "  " << report.choice << "\n";
   for (const auto& [name, count] : report.thinned)
     out << "  every " << options.every << ". ray of " << count << " " << name << "\n";
   for (const auto& [name, count] : report.asTheyAre) out << "  as they are: " << count << " " << name << "\n";

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <lamap_tools/inputs/scan_choice.h>
 #include <lamap_tools/report/progress_bar.h>
 #include <mrpt/obs/CObservation.h>
 
@@ -28,7 +29,8 @@ struct ThinOptions
 {
   std::string inPath;   ///< .rawlog, .simplemap or .simplemap.gz
   std::string outPath;  ///< of the same kind
-  size_t every = 1;     ///< ≥ 1
+  size_t every = 1;     ///< keep every Nth ray, ≥ 1; 1: observations as they are
+  ScanChoice choice;    ///< the observations to keep; odometry is always kept
   /// Looked at from time to time.
   std::function<bool()> shouldStop = [] { return false; };
 };
@@ -37,14 +39,17 @@ struct ThinReport
 {
   std::map<std::string, size_t> thinned;    ///< scans by class
   std::map<std::string, size_t> asTheyAre;  ///< observations without rays by class
+  std::string choice;                       ///< how many observations were chosen; empty: all
   std::optional<std::string> damage;        ///< why the input could not be read to its end
   bool saved = false;
   bool stopped = false;  ///< because it was asked to: nothing is saved then
 };
 
-/** Writes a log again with every Nth ray of its scans; poses, actions and all else stay.
+/** Writes a log again with every Nth ray of its scans, and without what is not chosen; poses, actions,
+ * odometry and all else stay, as do frames of a rawlog that lost all observations: each goes with an action.
+ * Poses of a simple map go with their last observation.
  * @throws UsageError if the options do not go together; std::runtime_error naming the file if one cannot be
- * read at all or written, or a scan in it cannot be thinned: then nothing is written */
+ * read at all or written, or a scan in it cannot be thinned, or nothing is chosen: then nothing is written */
 [[nodiscard]] ThinReport thinLog(const ThinOptions& options, const ProgressSink& progress = nullptr);
 
 void printReport(const ThinReport& report, const ThinOptions& options, std::ostream& out);

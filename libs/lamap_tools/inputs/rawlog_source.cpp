@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <sstream>
 #include <stdexcept>
 #include <type_traits>
 
@@ -178,6 +179,7 @@ struct Survey
   std::vector<int64_t> odometryTimes;
   std::vector<double> odometryPoses;  ///< x, y, phi for each of these
   std::vector<int64_t> observationTimes;
+  std::vector<char> sensors;  ///< their names, each with a line break behind it
 
   /// Calls visit for each member in the same order, whatever it does with them.
   template <class Self, class Visitor>
@@ -186,9 +188,18 @@ struct Survey
     visit(self.hasActions), visit(self.timesGoBackwards), visit(self.frames), visit(self.items);
     visit(self.frameTimes), visit(self.framePoses);
     visit(self.odometryTimes), visit(self.odometryPoses);
-    visit(self.observationTimes);
+    visit(self.observationTimes), visit(self.sensors);
   }
 
+  [[nodiscard]] LogContents contents() const
+  {
+    LogContents contents;
+    std::istringstream names(std::string(sensors.begin(), sensors.end()));
+    for (std::string name; std::getline(names, name);) contents.sensors.insert(name);
+    if (!observationTimes.empty())
+      contents.firstTime = timeFrom(*std::min_element(observationTimes.begin(), observationTimes.end()));
+    return contents;
+  }
   [[nodiscard]] std::vector<TimedPose> posesOfFrames() const
   {
     std::vector<TimedPose> poses;
@@ -216,6 +227,7 @@ struct Survey
 std::vector<uint8_t> surveyOf(RawlogFile& file)
 {
   Survey survey;
+  LogContents contents;
   FrameReader reader(file);
   while (const auto step = reader.next())
   {
@@ -228,8 +240,11 @@ std::vector<uint8_t> surveyOf(RawlogFile& file)
       survey.odometryPoses.insert(survey.odometryPoses.end(), {pose.x, pose.y, pose.phi});
     }
     for (const auto& observation : step->frame)
+    {
+      contents.include(*observation);
       if (validTime(observation->timestamp))
         survey.observationTimes.push_back(ticksOf(observation->timestamp));
+    }
     if (!step->frameTime) continue;
     auto& times = survey.frameTimes;
     times.push_back(ticksOf(*step->frameTime));
@@ -238,6 +253,11 @@ std::vector<uint8_t> surveyOf(RawlogFile& file)
     survey.framePoses.insert(survey.framePoses.end(), matrix.data(), matrix.data() + 16);
   }
   survey.hasActions = reader.hasActions();
+  for (const std::string& name : contents.sensors)
+  {
+    survey.sensors.insert(survey.sensors.end(), name.begin(), name.end());
+    survey.sensors.push_back('\n');
+  }
 
   ByteWriter out;
   Survey::visitMembers(survey,
@@ -303,6 +323,7 @@ class RawlogSource : public ScanSource
     limit_ = trial.limit;
     const Survey survey = surveyFrom(trial.survey);
     expectedItems_ = survey.items;
+    contents_ = survey.contents();
     if (options.standingStill)
       stand("the robot stands at the origin");
     else if (givenPoses)
@@ -328,7 +349,7 @@ class RawlogSource : public ScanSource
           "where they were made: give --poses FILE, or --static if the robot stood still");
   }
 
-  [[nodiscard]] std::optional<ScanItem> next() override
+  [[nodiscard]] std::optional<ScanItem> nextOfAll() override
   {
     // Opened with the first scan, not before: it sets MRPT's folder of images.
     if (!file_)

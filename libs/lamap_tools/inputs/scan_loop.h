@@ -11,7 +11,8 @@
 namespace lamap::tools
 {
 /** Calls the visitor for each item of the inputs in their order, and the sink after each.
- * @return whether it came to the end before it was asked to stop */
+ * @return whether it came to the end before it was asked to stop
+ * @throws std::runtime_error if a choice (InputOptions::choice) took none of their observations */
 bool visitScans(const std::vector<std::unique_ptr<ScanSource>>& sources,
                 const std::function<bool()>& shouldStop, const ProgressSink& report,
                 const std::function<void(const ScanItem&)>& visitor);

@@ -1,5 +1,6 @@
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_tools/files/file_names.h>
+#include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/graph_file.h>
 #include <lamap_tools/inputs/pcd_file.h>
@@ -54,6 +55,9 @@ InputKind kindOf(const std::string& path)
       ".pcd files or .graph");
 }
 
+constexpr const char* kPcdFile = "PCD file";
+constexpr const char* kGraphScan = "graph scan";
+
 class SimpleMapSource : public ScanSource
 {
  public:
@@ -61,10 +65,12 @@ class SimpleMapSource : public ScanSource
       : ScanSource(path), map_(readSimpleMap(path, shouldStop))
   {
     for (size_t i = 0; i < map_.size(); ++i) expectedItems_ += compat::keyframeAt(map_, i).frame->size();
+    for (size_t i = 0; i < map_.size(); ++i)
+      for (const auto& observation : *compat::keyframeAt(map_, i).frame) contents_.include(*observation);
     notes_.push_back(std::to_string(map_.size()) + " poses of the simple map");
   }
 
-  [[nodiscard]] std::optional<ScanItem> next() override
+  [[nodiscard]] std::optional<ScanItem> nextOfAll() override
   {
     if (frame_ == 0 && observation_ == 0)
       mrpt::img::CImage::setImagesPathBase(mrpt::obs::CRawlog::detectImagesDirectory(path_));
@@ -95,6 +101,7 @@ class PcdSource : public ScanSource
         sensorInFrame_(sensorOrigin.x(), sensorOrigin.y(), sensorOrigin.z(), 0, 0, 0)
   {
     expectedItems_ = files_.size();
+    contents_.sensors = {kPcdFile};
     notes_ = {"origins from VIEWPOINT"};
   }
 
@@ -106,7 +113,7 @@ class PcdSource : public ScanSource
     return first + static_cast<std::ptrdiff_t>(files_.size());
   }
 
-  [[nodiscard]] std::optional<ScanItem> next() override
+  [[nodiscard]] std::optional<ScanItem> nextOfAll() override
   {
     while (next_ < files_.size())
     {
@@ -116,7 +123,7 @@ class PcdSource : public ScanSource
         PcdCloud cloud = readPcdFile(files_[i]);
         const CPose3D frame = poses_.empty() ? cloud.viewpoint_map : poses_[i].pose_map;
         const CPose3D sensor = frame + sensorInFrame_;
-        PointScan points{"PCD file", {}};
+        PointScan points{kPcdFile, {}};
         RayFan& fan = points.scan.fans.emplace_back();
         fan.centre = {sensor.x(), sensor.y(), sensor.z()};
         fan.rays.reserve(cloud.points_map.size());
@@ -159,15 +166,16 @@ class GraphSource : public ScanSource
   explicit GraphSource(const std::string& path) : ScanSource(path), file_(path)
   {
     expectedItems_ = file_.size();
+    contents_.sensors = {kGraphScan};
     notes_ = {"poses of the scan graph"};
   }
 
-  [[nodiscard]] std::optional<ScanItem> next() override
+  [[nodiscard]] std::optional<ScanItem> nextOfAll() override
   {
     auto scan = file_.next();
     if (file_.damage()) damages_ = {*file_.damage()};
     if (!scan) return std::nullopt;
-    return PointScan{"graph scan", std::move(*scan)};
+    return PointScan{kGraphScan, std::move(*scan)};
   }
 
  private:
@@ -192,7 +200,37 @@ void requireFittingOptions(const InputOptions& options, const std::vector<InputK
 }
 }  // namespace
 
-std::vector<std::unique_ptr<ScanSource>> openInputs(const InputOptions& options)
+std::optional<ScanItem> ScanSource::next()
+{
+  while (auto item = nextOfAll())
+  {
+    ++readItems_;
+    if (!chooser_ || isChosen(*item)) return item;
+    if (shouldStop_()) return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+void ScanSource::choose(std::shared_ptr<ScanChooser> chooser, std::function<bool()> shouldStop)
+{
+  chooser_ = std::move(chooser);
+  shouldStop_ = std::move(shouldStop);
+}
+
+bool ScanSource::isChosen(const ScanItem& item)
+{
+  if (const auto* observed = std::get_if<ObservedScan>(&item))
+    return chooser_->takes(*observed->observation, contents_);
+  if (const auto* points = std::get_if<PointScan>(&item))
+    return chooser_->takes(points->kind, std::nullopt, contents_);
+  const auto& leftOut = std::get<LeftOutScan>(item);
+  // What is no observation is reported in any case.
+  return !leftOut.observation || chooser_->takes(*leftOut.observation, contents_);
+}
+
+namespace
+{
+std::vector<std::unique_ptr<ScanSource>> openAllOf(const InputOptions& options)
 {
   std::vector<InputKind> kinds;
   for (const std::string& path : options.paths) kinds.push_back(kindOf(path));
@@ -232,6 +270,20 @@ std::vector<std::unique_ptr<ScanSource>> openInputs(const InputOptions& options)
   for (PcdSource* source : pcdSources) nextPose = source->takePoses(nextPose);
   return sources;
 }
+}  // namespace
+
+std::vector<std::unique_ptr<ScanSource>> openInputs(const InputOptions& options)
+{
+  if (options.choice.isAll()) return openAllOf(options);
+  const auto chooser = std::make_shared<ScanChooser>(options.choice);
+  auto sources = openAllOf(options);
+  if (options.shouldStop()) return sources;  // they may not be surveyed
+  std::vector<LogContents> contents;
+  for (const auto& source : sources) contents.push_back(source->contents());
+  chooser->requireSensors(contents, joined(options.paths));
+  for (const auto& source : sources) source->choose(chooser, options.shouldStop);
+  return sources;
+}
 
 bool inNaturalOrder(const std::string& a, const std::string& b)
 {
@@ -266,11 +318,6 @@ bool inNaturalOrder(const std::string& a, const std::string& b)
 bool isNameOfLog(const std::string& path)
 {
   return kindByName(path).has_value();
-}
-
-std::string sensorNameOf(const mrpt::obs::CObservation& observation)
-{
-  return observation.sensorLabel.empty() ? shortClassName(observation) : observation.sensorLabel;
 }
 
 std::string shortClassName(const mrpt::rtti::CObject& object)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <lamap_core/scan/scan.h>
+#include <lamap_tools/inputs/scan_choice.h>
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/poses/CPose3D.h>
 #include <mrpt/poses/CPose3DPDF.h>
@@ -45,9 +46,6 @@ using ScanItem = std::variant<ObservedScan, PointScan, LeftOutScan>;
 /// An object's class without its namespace, for reports.
 [[nodiscard]] std::string shortClassName(const mrpt::rtti::CObject& object);
 
-/// What a sensor is called: its label, or its class where an observation has none.
-[[nodiscard]] std::string sensorNameOf(const mrpt::obs::CObservation& observation);
-
 /** A deep copy for another thread or map, because MRPT's observations load external files and cache results
  * even when they are const. */
 [[nodiscard]] ScanItem ownCopyOf(const ScanItem& item);
@@ -60,10 +58,19 @@ class ScanSource
 
   /// The path as it was given.
   [[nodiscard]] const std::string& path() const { return path_; }
-  /// Number of items that next() will give, as far as is known.
+  /// Number of items of this input, chosen or not, as far as is known.
   [[nodiscard]] size_t expectedItems() const { return expectedItems_; }
-  /// The next item; nothing at the end. @throws std::runtime_error naming the file if it cannot be read.
-  [[nodiscard]] virtual std::optional<ScanItem> next() = 0;
+  /// Number of items, chosen or not, that next() has met.
+  [[nodiscard]] size_t readItems() const { return readItems_; }
+  /// The next item that is chosen; nothing at the end, or if it was asked to stop while it looked for one.
+  /// @throws std::runtime_error naming the file if it cannot be read.
+  [[nodiscard]] std::optional<ScanItem> next();
+  /// Its sensors and its first time stamp, whatever is chosen.
+  [[nodiscard]] const LogContents& contents() const { return contents_; }
+  /// Leaves out what is not chosen. @param chooser  shared by all inputs, for it counts through them
+  void choose(std::shared_ptr<ScanChooser> chooser, std::function<bool()> shouldStop);
+  /// Nothing: all is taken.
+  [[nodiscard]] const std::shared_ptr<ScanChooser>& chooser() const { return chooser_; }
   /// What could not be read, because a file was cut short or is damaged, as far as next() has met it.
   [[nodiscard]] const std::vector<std::string>& damages() const { return damages_; }
   /// Whether the poses are a robot's odometry as the log holds it, which drifts.
@@ -76,11 +83,22 @@ class ScanSource
   ScanSource(const ScanSource&) = delete;
   ScanSource& operator=(const ScanSource&) = delete;
 
+  /// As next(), whatever is chosen.
+  [[nodiscard]] virtual std::optional<ScanItem> nextOfAll() = 0;
+
   std::string path_;
+  LogContents contents_;
   size_t expectedItems_ = 0;
   std::vector<std::string> damages_;
   std::vector<std::string> notes_;
   bool posesAreOdometry_ = false;
+
+ private:
+  [[nodiscard]] bool isChosen(const ScanItem& item);
+
+  std::shared_ptr<ScanChooser> chooser_;
+  std::function<bool()> shouldStop_;
+  size_t readItems_ = 0;
 };
 
 struct InputOptions
@@ -97,6 +115,8 @@ struct InputOptions
   bool standingStill = false;
   /// To look at rawlogs without poses: what they hold is left out, with that reason, instead of an error.
   bool evenWithoutPoses = false;
+  /// What of it is used.
+  ScanChoice choice;
   /// Called from time to time while a log is surveyed.
   std::function<bool()> shouldStop = [] { return false; };
 };
@@ -115,8 +135,11 @@ struct InputOptions
  * - `.pcd`, folders of them: each file a scan; one that cannot be read is a damage of the input.
  * - `.graph`: each scan of an OctoMap scan graph.
  *
+ * What is not chosen (InputOptions::choice) is left out without being counted.
+ *
  * @throws UsageError if an option does not go with the inputs, std::runtime_error naming the file if one
- * cannot be read at all, holds no pose, or the number of poses is not that of the PCD files. */
+ * cannot be read at all, holds no pose, or the number of poses is not that of the PCD files; or naming a
+ * chosen sensor that none of them has. */
 [[nodiscard]] std::vector<std::unique_ptr<ScanSource>> openInputs(const InputOptions& options);
 
 /// Whether the name is one of a log, whether or not lamap reads this kind (`.bag`), or of a folder.
