@@ -101,6 +101,47 @@ TEST(RawlogActions, In2DAreComposedFromTheIdentity)
   }
 }
 
+// icp-slam numbers its steps, one for each frame that follows an action: here those at 1 and 2 s.
+TEST(GivenPoses, ThatCountStepsAreThoseOfTheFramesAfterAnAction)
+{
+  const TemporaryFolder folder;
+  const std::string log = folder / "a.rawlog";
+  const Objects objects{frame({laser(at(0))}), move2D(at(0.5), 1, 0, 0), frame({laser(at(1))}),
+                        move2D(at(1.5), 1, 0, 0), frame({laser(at(2))})};
+  writeLog(log, objects);
+  InputOptions options;
+  options.paths = {log};
+  options.posesPath = folder.write("log_estimated_path.txt", "0 5 0 0\n1 6 0 0.5\n");
+  const auto source = openOne(options);
+  EXPECT_FALSE(source->posesAreOdometry());
+  EXPECT_NE(source->notes().at(0).find("counts the frames"), std::string::npos) << source->notes().at(0);
+  const auto items = allItems(*source);
+  ASSERT_EQ(items.size(), 3U);
+  EXPECT_TRUE(std::holds_alternative<LeftOutScan>(items[0])) << "before the first step";
+  expectPose(items[1], planar(5, 0, 0));
+  expectPose(items[2], planar(6, 0, 0.5));
+
+  options.posesPath = folder.write("longer.txt", "0 5 0 0\n1 6 0 0\n2 7 0 0\n");
+  const std::string text = complaint<std::runtime_error>(options);
+  EXPECT_NE(text.find("3 poses and 2 such frames"), std::string::npos) << text;
+  EXPECT_NE(text.find("_finalmap_.simplemap"), std::string::npos) << text;
+}
+
+TEST(GivenPoses, AreTakenByTheirTimesWhereTheLogHasThese)
+{
+  const TemporaryFolder folder;
+  const auto early = [](double seconds) { return mrpt::Clock::fromDouble(seconds); };
+  writeLog(folder / "a.rawlog",
+           {frame({laser(early(0.5))}), move2D(early(1), 1, 0, 0), frame({laser(early(1.5))})});
+  InputOptions options;
+  options.paths = {folder / "a.rawlog"};
+  options.posesPath = folder.write("path.txt", "0 0 0 0\n1 2 0 0\n2 4 0 0\n");
+  const auto items = read(options);
+  ASSERT_EQ(items.size(), 2U);
+  expectPose(items[0], planar(1, 0, 0));
+  expectPose(items[1], planar(3, 0, 0));
+}
+
 // Up by a pitch of -90 degrees: what was forward is now along z.
 TEST(RawlogActions, In3DAreComposedFromTheIdentity)
 {

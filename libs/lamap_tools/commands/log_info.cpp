@@ -1,5 +1,6 @@
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/observations/observation_rays.h>
+#include <lamap_tools/commands/build_notes.h>
 #include <lamap_tools/commands/log_info.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/report/fact_line.h>
@@ -311,6 +312,17 @@ Json pathJson(const PathInfo& path)
           {"max", corner(path.box_m.max())}};
 }
 
+std::vector<std::string> notesOn(const LogInfo& info)
+{
+  std::vector<std::string> notes;
+  if (info.posesAreOdometry && info.robotPath && info.robotPath->length_m > 0)
+    notes.push_back(odometryNote(info.path));
+  for (const SensorInfo& sensor : info.sensors)
+    if (sensor.phantomShells > 0 && 4 * sensor.phantomShells >= sensor.scans)
+      notes.push_back(phantomShellNote(sensor.name, sensor.look.ranges->longest_m));
+  return notes;
+}
+
 size_t observationsIn(const LogInfo& info)
 {
   return std::accumulate(info.sensors.begin(), info.sensors.end(), size_t{0},
@@ -345,6 +357,7 @@ LogInfo readLogInfo(InputOptions options, const ProgressSink& progress)
   info.poses = sources.at(0)->notes();
   if (const auto& chooser = sources.at(0)->chooser()) info.choice = chooser->summary();
   info.posesAreOdometry = sources.at(0)->posesAreOdometry();
+  info.notes = notesOn(info);
   return info;
 }
 
@@ -366,7 +379,7 @@ void printLogInfo(const LogInfo& info, std::ostream& out)
                 " observations");
   for (const auto& [kind, count] : info.build.used) out << "  used: " << count << " " << kind << "\n";
   printLeftOut(info.build, out);
-  for (const std::string& note : info.notes) out << "  " << note << "\n";
+  for (const std::string& note : info.notes) out << note << "\n";
 }
 
 Json logInfoJson(const LogInfo& info)

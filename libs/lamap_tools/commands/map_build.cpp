@@ -3,6 +3,7 @@
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/cells/octomap_file.h>
+#include <lamap_tools/commands/build_notes.h>
 #include <lamap_tools/commands/map_build.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/usage_error.h>
@@ -152,8 +153,13 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
   report.outPath = options.outPath;
   const auto begin = std::chrono::steady_clock::now();
   ScanInserter inserter(*map);
+  BuildNotes notes(*map);
   report.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
-                               [&](const ScanItem& item) { inserter.insert(item); });
+                               [&](const ScanItem& item)
+                               {
+                                 notes.look(item);
+                                 inserter.insert(item);
+                               });
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.scans = inserter.tally();
   if (const auto* learned = dynamic_cast<const CLearnedMap*>(map.get())) report.rays = learned->rayCounts();
@@ -164,6 +170,7 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
     if (report.stopped) return report;
     throw std::runtime_error("not one usable scan; nothing is written" + reasonsOf(report));
   }
+  for (std::string& note : notes.notes(sources)) report.notes.push_back(std::move(note));
   train(*map, report.scans.usedCount());
   report.stopped = report.stopped || options.inputs.shouldStop();
   save(map, options.outPath);

@@ -33,7 +33,7 @@ struct BuildReport
   InsertionTally scans;
   std::vector<InputReport> inputs;
   RayCounts rays;                  ///< of all scans; of this library's maps only
-  std::vector<std::string> notes;  ///< on the output
+  std::vector<std::string> notes;  ///< on the output, and on what would make a better map
   double seconds = 0;              ///< of reading and inserting
 };
 

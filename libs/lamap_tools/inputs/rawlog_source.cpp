@@ -50,6 +50,7 @@ struct Movement
 {
   CPose3D increment;
   std::optional<Time> time;
+  bool isOdometry = true;
 };
 
 std::optional<Movement> movementOf(const CActionCollection& actions)
@@ -57,7 +58,8 @@ std::optional<Movement> movementOf(const CActionCollection& actions)
   if (const auto move3D = actions.getActionByClass<mrpt::obs::CActionRobotMovement3D>())
     return Movement{move3D->poseChange.mean, validTime(move3D->timestamp)};
   if (const auto move2D = actions.getBestMovementEstimation())
-    return Movement{CPose3D(move2D->poseChange->getMeanVal()), validTime(move2D->timestamp)};
+    return Movement{CPose3D(move2D->poseChange->getMeanVal()), validTime(move2D->timestamp),
+                    move2D->estimationMethod != mrpt::obs::CActionRobotMovement2D::emScan2DMatching};
   return std::nullopt;
 }
 
@@ -125,6 +127,8 @@ class FrameReader
   }
 
   [[nodiscard]] bool hasActions() const { return hasActions_; }
+  /// Whether one of them is, and not the result of matching scans.
+  [[nodiscard]] bool actionsAreOdometry() const { return actionsAreOdometry_; }
 
  private:
   void compose(const CActionCollection& actions)
@@ -132,6 +136,7 @@ class FrameReader
     const auto movement = movementOf(actions);
     if (!movement) return;
     hasActions_ = true;
+    actionsAreOdometry_ = actionsAreOdometry_ || movement->isOdometry;
     pose_ = pose_ + movement->increment;
     actionTime_ = movement->time;
   }
@@ -163,6 +168,7 @@ class FrameReader
   CPose3D pose_;
   std::optional<Time> actionTime_;
   bool hasActions_ = false;
+  bool actionsAreOdometry_ = false;
 };
 
 /** What a first walk through a log finds, in plain numbers: it comes from another process. Times are ticks of
@@ -170,7 +176,9 @@ class FrameReader
 struct Survey
 {
   bool hasActions = false;
+  bool actionsAreOdometry = false;
   bool timesGoBackwards = false;  ///< those of the frames
+  uint64_t framesBeforeActions = 0;
   uint64_t frames = 0;
   uint64_t items = 0;
   std::vector<int64_t> frameTimes;
@@ -185,7 +193,8 @@ struct Survey
   template <class Self, class Visitor>
   static void visitMembers(Self& self, const Visitor& visit)
   {
-    visit(self.hasActions), visit(self.timesGoBackwards), visit(self.frames), visit(self.items);
+    visit(self.hasActions), visit(self.actionsAreOdometry), visit(self.timesGoBackwards);
+    visit(self.framesBeforeActions), visit(self.frames), visit(self.items);
     visit(self.frameTimes), visit(self.framePoses);
     visit(self.odometryTimes), visit(self.odometryPoses);
     visit(self.observationTimes), visit(self.sensors);
@@ -233,6 +242,7 @@ std::vector<uint8_t> surveyOf(RawlogFile& file)
   {
     survey.items += step->frame.size() + (step->foreign ? 1 : 0);
     if (!step->frame.empty()) ++survey.frames;
+    if (!step->frame.empty() && !reader.hasActions()) ++survey.framesBeforeActions;
     for (const auto& [time, pose] : step->odometry)
     {
       if (!validTime(time)) continue;
@@ -253,6 +263,7 @@ std::vector<uint8_t> surveyOf(RawlogFile& file)
     survey.framePoses.insert(survey.framePoses.end(), matrix.data(), matrix.data() + 16);
   }
   survey.hasActions = reader.hasActions();
+  survey.actionsAreOdometry = reader.actionsAreOdometry();
   for (const std::string& name : contents.sensors)
   {
     survey.sensors.insert(survey.sensors.end(), name.begin(), name.end());
@@ -292,19 +303,53 @@ std::string spanText(Time first, Time last)
   return mrpt::format("%.3f to %.3f s", mrpt::Clock::toDouble(first), mrpt::Clock::toDouble(last));
 }
 
+/// Whether an observation lies within the time that the poses cover.
+bool overlaps(const Survey& survey, const PoseTrack& track)
+{
+  return std::any_of(survey.observationTimes.begin(), survey.observationTimes.end(),
+                     [&](int64_t time) { return track.at(timeFrom(time)).has_value(); });
+}
+
 /// @throws std::runtime_error if no observation lies within the time that the poses cover.
 void requireOverlap(const std::string& path, const Survey& survey, const PoseTrack& track)
 {
   const auto& times = survey.observationTimes;
-  if (times.empty()) return;
-  if (std::any_of(times.begin(), times.end(),
-                  [&](int64_t time) { return track.at(timeFrom(time)).has_value(); }))
-    return;
+  if (times.empty() || overlaps(survey, track)) return;
   const auto [first, last] = std::minmax_element(times.begin(), times.end());
   throw std::runtime_error(path + ": none of its " + std::to_string(times.size()) + " observations, at " +
                            spanText(timeFrom(*first), timeFrom(*last)) +
                            " since 1970, lies within the time of the poses, " +
                            spanText(track.poses().front().time, track.poses().back().time));
+}
+
+/// Whether the times are 0, 1, 2, …, as in icp-slam's log_estimated_path.txt: numbers of steps.
+bool countsSteps(const PoseTrack& track)
+{
+  double expected = 0;
+  return std::all_of(track.poses().begin(), track.poses().end(),
+                     [&](const TimedPose& pose) { return mrpt::Clock::toDouble(pose.time) == expected++; });
+}
+
+/** The poses of steps at the times of the log's frames. icp-slam makes a step of each frame that follows an
+ * action.
+ * @throws std::runtime_error if the log has another number of them */
+std::vector<TimedPose> posesOfSteps(const std::string& path, const PoseTrack& steps, const Survey& survey)
+{
+  const size_t frames = survey.hasActions ? survey.frames - survey.framesBeforeActions : 0;
+  const bool allHaveTimes = survey.frameTimes.size() == survey.frames && !survey.timesGoBackwards;
+  if (steps.poses().size() != frames || !allHaveTimes)
+    throw std::runtime_error(
+        path +
+        ": the poses that were given have numbers of steps (0, 1, 2, ...) instead of times, as in "
+        "icp-slam's log_estimated_path.txt. That works where there is one for each frame of actions "
+        "and observations; here are " +
+        std::to_string(steps.poses().size()) + " poses and " + std::to_string(frames) +
+        " such frames. Build from the .simplemap instead that icp-slam wrote beside that file: "
+        "-i _finalmap_.simplemap");
+  std::vector<TimedPose> poses = steps.poses();
+  for (size_t i = 0; i < poses.size(); ++i)
+    poses[i].time = timeFrom(survey.frameTimes[survey.framesBeforeActions + i]);
+  return poses;
 }
 
 class RawlogSource : public ScanSource
@@ -327,7 +372,7 @@ class RawlogSource : public ScanSource
     if (options.standingStill)
       stand("the robot stands at the origin");
     else if (givenPoses)
-      follow(std::move(givenPoses), survey, "the given file");
+      followGiven(std::move(givenPoses), survey);
     else if (survey.hasActions)
       followActions(survey);
     else if (!survey.odometryTimes.empty())
@@ -393,10 +438,21 @@ class RawlogSource : public ScanSource
     notes_ = {std::to_string(track_->poses().size()) + " poses from " + origin};
   }
 
+  void followGiven(std::shared_ptr<const PoseTrack> given, const Survey& survey)
+  {
+    if (!countsSteps(*given) || overlaps(survey, *given))
+    {
+      follow(std::move(given), survey, "the given file");
+      return;
+    }
+    follow(std::make_shared<const PoseTrack>(posesOfSteps(path_, *given, survey)), survey,
+           "the given file, whose first column counts the frames");
+  }
+
   void followActions(const Survey& survey)
   {
     kind_ = Poses::Actions;
-    posesAreOdometry_ = true;
+    posesAreOdometry_ = survey.actionsAreOdometry;
     notes_ = {"poses from the log's actions"};
     if (survey.timesGoBackwards)
       notes_[0] += "; its time stamps go backwards: every observation takes the pose of its frame";

@@ -35,6 +35,23 @@ enum class InputKind
   Graph
 };
 
+/// How to make a log of a bag, which lamap does not read; nothing for what is none.
+std::optional<std::string> adviceOnBag(const std::string& path)
+{
+  const bool isFolder = fs::is_directory(path);
+  if (isFolder ? fs::exists(fs::path(path) / "metadata.yaml")
+               : endsWith(path, ".db3") || endsWith(path, ".mcap"))
+    return path +
+           ": a ROS 2 bag, which lamap does not read. MOLA makes a simple map of it, with better poses than "
+           "odometry (mola-lidar-odometry-cli --input-rosbag2 BAG --output-simplemap log.simplemap); the ROS "
+           "2 package rosbag2rawlog makes a .rawlog";
+  if (endsWith(path, ".bag"))
+    return path +
+           ": a ROS 1 bag, which lamap does not read. MRPT's rosbag2rawlog makes a .rawlog of it "
+           "(rosbag2rawlog -f FRAME -c CONFIG.yml -o log.rawlog BAG)";
+  return std::nullopt;
+}
+
 /// Nothing for a name that is of no kind.
 std::optional<InputKind> kindByName(const std::string& path)
 {
@@ -48,6 +65,7 @@ std::optional<InputKind> kindByName(const std::string& path)
 InputKind kindOf(const std::string& path)
 {
   if (!fs::exists(path)) throw std::runtime_error(path + ": does not exist");
+  if (const auto advice = adviceOnBag(path)) throw UsageError(*advice);
   if (const auto kind = kindByName(path)) return *kind;
   throw UsageError(
       path +
@@ -317,7 +335,7 @@ bool inNaturalOrder(const std::string& a, const std::string& b)
 
 bool isNameOfLog(const std::string& path)
 {
-  return kindByName(path).has_value();
+  return kindByName(path) || adviceOnBag(path);
 }
 
 std::string shortClassName(const mrpt::rtti::CObject& object)
