@@ -114,7 +114,7 @@ TEST(GivenPoses, ThatCountStepsAreThoseOfTheFramesAfterAnAction)
   options.posesPath = folder.write("log_estimated_path.txt", "0 5 0 0\n1 6 0 0.5\n");
   const auto source = openOne(options);
   EXPECT_FALSE(source->posesAreOdometry());
-  EXPECT_NE(source->notes().at(0).find("counts the frames"), std::string::npos) << source->notes().at(0);
+  EXPECT_NE(source->notes().at(0).find("counts the steps"), std::string::npos) << source->notes().at(0);
   const auto items = allItems(*source);
   ASSERT_EQ(items.size(), 3U);
   EXPECT_TRUE(std::holds_alternative<LeftOutScan>(items[0])) << "before the first step";
@@ -123,8 +123,22 @@ TEST(GivenPoses, ThatCountStepsAreThoseOfTheFramesAfterAnAction)
 
   options.posesPath = folder.write("longer.txt", "0 5 0 0\n1 6 0 0\n2 7 0 0\n");
   const std::string text = complaint<std::runtime_error>(options);
-  EXPECT_NE(text.find("3 poses and 2 such frames"), std::string::npos) << text;
+  EXPECT_NE(text.find("3 poses and 2 such steps"), std::string::npos) << text;
   EXPECT_NE(text.find("_finalmap_.simplemap"), std::string::npos) << text;
+}
+
+TEST(GivenPoses, ThatCountStepsAreThoseOfAllObservationsWhereThereAreNoFrames)
+{
+  const TemporaryFolder folder;
+  writeLog(folder / "a.rawlog",
+           {odometry(at(0), 0, 0, 0), laser(at(1)), odometry(at(2), 9, 0, 0), laser(at(3))});
+  InputOptions options;
+  options.paths = {folder / "a.rawlog"};
+  options.posesPath = folder.write("log_estimated_path.txt", "0 5 0 0\n1 6 0 0\n2 7 0 0\n3 8 0 0\n");
+  const auto items = read(options);
+  ASSERT_EQ(items.size(), 2U);
+  expectPose(items[0], planar(6, 0, 0));
+  expectPose(items[1], planar(8, 0, 0));
 }
 
 TEST(GivenPoses, AreTakenByTheirTimesWhereTheLogHasThese)

@@ -77,7 +77,8 @@ double roundedDown(double length_m)
 std::string odometryNote(const std::string& path)
 {
   return path +
-         ": its poses are raw odometry, which drifts: what is seen again may appear twice in the map. Better "
+         ": its poses are the log's odometry, which drifts unless it was corrected: what is seen again may "
+         "appear twice in the map. Better "
          "poses: build from the .simplemap that icp-slam or rbpf-slam makes of this log, or give a "
          "trajectory with --poses, e.g. MOLA's (TUM format) or icp-slam's log_estimated_path.txt";
 }

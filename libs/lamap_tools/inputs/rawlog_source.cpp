@@ -102,6 +102,9 @@ class FrameReader
     std::optional<LeftOutScan> foreign;
     CPose3D actionPose_map;  ///< the actions so far, composed
     std::optional<Time> frameTime;
+    /// Whether icp-slam makes a step of it: a frame after an action, or any single observation; and when.
+    bool isStep = false;
+    std::optional<Time> stepTime;
   };
 
   /// The next frame, single observation or foreign object; nothing at the end.
@@ -152,6 +155,9 @@ class FrameReader
     else
       step.foreign = LeftOutScan{shortClassName(*entry), "not an observation", nullptr};
     step.frameTime = timeOf(step.frame, actionTime_);
+    const auto* single = dynamic_cast<const CObservation*>(entry.get());
+    step.isStep = single || (hasActions_ && !step.foreign);
+    step.stepTime = single ? validTime(single->timestamp) : step.frameTime;
     return step;
   }
 
@@ -178,7 +184,6 @@ struct Survey
   bool hasActions = false;
   bool actionsAreOdometry = false;
   bool timesGoBackwards = false;  ///< those of the frames
-  uint64_t framesBeforeActions = 0;
   uint64_t frames = 0;
   uint64_t items = 0;
   std::vector<int64_t> frameTimes;
@@ -187,14 +192,15 @@ struct Survey
   std::vector<int64_t> odometryTimes;
   std::vector<double> odometryPoses;  ///< x, y, phi for each of these
   std::vector<int64_t> observationTimes;
-  std::vector<char> sensors;  ///< their names, each with a line break behind it
+  std::vector<int64_t> stepTimes;  ///< see FrameReader::Step
+  std::vector<char> sensors;       ///< their names, each with a line break behind it
 
   /// Calls visit for each member in the same order, whatever it does with them.
   template <class Self, class Visitor>
   static void visitMembers(Self& self, const Visitor& visit)
   {
     visit(self.hasActions), visit(self.actionsAreOdometry), visit(self.timesGoBackwards);
-    visit(self.framesBeforeActions), visit(self.frames), visit(self.items);
+    visit(self.stepTimes), visit(self.frames), visit(self.items);
     visit(self.frameTimes), visit(self.framePoses);
     visit(self.odometryTimes), visit(self.odometryPoses);
     visit(self.observationTimes), visit(self.sensors);
@@ -242,7 +248,7 @@ std::vector<uint8_t> surveyOf(RawlogFile& file)
   {
     survey.items += step->frame.size() + (step->foreign ? 1 : 0);
     if (!step->frame.empty()) ++survey.frames;
-    if (!step->frame.empty() && !reader.hasActions()) ++survey.framesBeforeActions;
+    if (step->isStep) survey.stepTimes.push_back(ticksOf(step->stepTime.value_or(INVALID_TIMESTAMP)));
     for (const auto& [time, pose] : step->odometry)
     {
       if (!validTime(time)) continue;
@@ -330,25 +336,24 @@ bool countsSteps(const PoseTrack& track)
                      [&](const TimedPose& pose) { return mrpt::Clock::toDouble(pose.time) == expected++; });
 }
 
-/** The poses of steps at the times of the log's frames. icp-slam makes a step of each frame that follows an
- * action.
- * @throws std::runtime_error if the log has another number of them */
+/** The poses of steps at their times.
+ * @throws std::runtime_error if the log has another number of steps, or they have no times */
 std::vector<TimedPose> posesOfSteps(const std::string& path, const PoseTrack& steps, const Survey& survey)
 {
-  const size_t frames = survey.hasActions ? survey.frames - survey.framesBeforeActions : 0;
-  const bool allHaveTimes = survey.frameTimes.size() == survey.frames && !survey.timesGoBackwards;
-  if (steps.poses().size() != frames || !allHaveTimes)
+  const auto& times = survey.stepTimes;
+  const bool allHaveTimes = std::all_of(times.begin(), times.end(),
+                                        [](int64_t time) { return validTime(timeFrom(time)).has_value(); });
+  if (steps.poses().size() != times.size() || !allHaveTimes)
     throw std::runtime_error(
         path +
-        ": the poses that were given have numbers of steps (0, 1, 2, ...) instead of times, as in "
-        "icp-slam's log_estimated_path.txt. That works where there is one for each frame of actions "
-        "and observations; here are " +
-        std::to_string(steps.poses().size()) + " poses and " + std::to_string(frames) +
-        " such frames. Build from the .simplemap instead that icp-slam wrote beside that file: "
+        ": the poses that were given have numbers of steps (0, 1, 2, ...) instead of times, as in icp-slam's "
+        "log_estimated_path.txt. That works where there is one for each frame after an action, or for each "
+        "observation of a log without frames; here are " +
+        std::to_string(steps.poses().size()) + " poses and " + std::to_string(times.size()) +
+        " such steps. Build from the .simplemap instead that icp-slam wrote beside that file: "
         "-i _finalmap_.simplemap");
   std::vector<TimedPose> poses = steps.poses();
-  for (size_t i = 0; i < poses.size(); ++i)
-    poses[i].time = timeFrom(survey.frameTimes[survey.framesBeforeActions + i]);
+  for (size_t i = 0; i < poses.size(); ++i) poses[i].time = timeFrom(times[i]);
   return poses;
 }
 
@@ -446,7 +451,7 @@ class RawlogSource : public ScanSource
       return;
     }
     follow(std::make_shared<const PoseTrack>(posesOfSteps(path_, *given, survey)), survey,
-           "the given file, whose first column counts the frames");
+           "the given file, whose first column counts the steps of the log");
   }
 
   void followActions(const Survey& survey)

@@ -131,7 +131,8 @@ struct InputOptions
  * cover, or without a time, is left out, or, where poses come from actions, takes the pose of its frame. A
  * log without poses is read only if all it holds is a single observation or frame, which is then at the
  * origin. Given poses whose times are 0, 1, 2, … where the log's are others are steps, as icp-slam
- * writes them: the k-th is that of the k-th frame after an action.
+ * writes them: the k-th is that of the k-th frame after an action, or of the k-th observation of a log
+ * without frames, odometry included.
  * - `.simplemap`, `.simplemap.gz`: every observation, at the mean of its pose.
  * - `.pcd`, folders of them: each file a scan; one that cannot be read is a damage of the input.
  * - `.graph`: each scan of an OctoMap scan graph.
