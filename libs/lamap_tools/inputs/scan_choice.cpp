@@ -4,6 +4,7 @@
 #include <lamap_tools/inputs/scan_source.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <ctime>
 #include <stdexcept>
