@@ -66,9 +66,17 @@ std::vector<CLI::Option*> addInputOptions(CLI::App& command, LogArguments& argum
       options.end(),
       {command.add_option(
            "--poses", inputs.posesPath,
-           "Poses to use instead of the log's (TUM format or MRPT's path text); for PCD files, one per file"),
+           "Poses to use instead of the log's (TUM or KITTI format, or MRPT's path text); for PCD files, by "
+           "the times that their names are, else one per file"),
        command.add_option("--sensor-origin", arguments.sensorOrigin,
                           "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]"),
+       command
+           .add_option(
+               "--cloud-frame", inputs.cloudFrame,
+               "map or sensor: the frame of the points in PCD files; sensor: the pose turns them into "
+               "the map")
+           ->transform(oneOf<tools::CloudFrame>(
+               {{"map", tools::CloudFrame::Map}, {"sensor", tools::CloudFrame::Sensor}})),
        command.add_flag("--static", inputs.standingStill, "For rawlogs: the robot stood still at the origin"),
        addAllowTruncated(command, arguments.allowTruncated)});
   return options;

@@ -59,7 +59,8 @@ struct LogArguments
 /// Adds --sensors, --every, --from and --to. @return these options
 std::vector<CLI::Option*> addChoiceOptions(CLI::App& command, ChoiceArguments& arguments,
                                            tools::ScanChoice& choice);
-/// Adds --poses, --sensor-origin, --static, those that choose from a log, and --allow-truncated.
+/// Adds --poses, --sensor-origin, --cloud-frame, --static, those that choose from a log, and
+/// --allow-truncated.
 /// @return these options
 std::vector<CLI::Option*> addInputOptions(CLI::App& command, LogArguments& arguments,
                                           tools::InputOptions& inputs);

@@ -105,6 +105,31 @@ TEST(PoseFile, ReadsBothPathTextsOfMrpt)
   expectSamePose(in2D.at(0).pose_map, CPose3D(1, 2, 0, 0.7, 0, 0));
 }
 
+// By hand: the columns of the rotation are where x, y and z of the robot point to.
+TEST(PoseFile, ReadsKittisMatricesRowByRow)
+{
+  const lamap::test::TemporaryFolder folder;
+  const auto poses = readPoseFile(folder.write("00.txt",
+                                               "1 0 0 0 0 1 0 0 0 0 1 0\n0 -1 0 1.5 1 0 0 -2e0 0 0 1 3\n"
+                                               "1.000e+00 0 0 0 0 0 -1 0 0 1 0 0\n"));
+  ASSERT_EQ(poses.size(), 3U);
+  EXPECT_EQ(poses[0].time, INVALID_TIMESTAMP);
+  expectSamePose(poses[0].pose_map, CPose3D());
+  expectSamePose(poses[1].pose_map, CPose3D(1.5, -2, 3, kPi / 2, 0, 0));
+  expectSamePose(poses[2].pose_map, CPose3D(0, 0, 0, 0, 0, kPi / 2));
+}
+
+TEST(PoseFile, RefusesMatricesThatAreNoRotations)
+{
+  const lamap::test::TemporaryFolder folder;
+  for (const std::string line : {"2 0 0 0 0 2 0 0 0 0 2 0", "1 0 0 0 0 1 0 0 0 0 -1 0",
+                                 "0 0 0 0 0 0 0 0 0 0 0 0", "1 1 0 0 0 1 0 0 0 0 1 0"})
+    EXPECT_NE(messageOf(folder.write("00.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n" + line + "\n"))
+                  .find("line 2: the left 3x3 part of the twelve numbers"),
+              std::string::npos)
+        << line;
+}
+
 TEST(PoseFile, NamesTheLineAndWhatIsWrong)
 {
   const lamap::test::TemporaryFolder folder;

@@ -1,9 +1,10 @@
 #include <lamap_tools/inputs/pcd_file.h>
-#include <lamap_tools/inputs/pose_track.h>
 #include <lzf.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -35,11 +36,23 @@ struct Header
   std::vector<Field> fields;
   size_t points = 0;
   std::array<double, 7> viewpoint{0, 0, 0, 1, 0, 0, 0};  ///< tx ty tz qw qx qy qz
+  Eigen::Vector3d viewpointError = Eigen::Vector3d::Zero();
   std::string data;
 
   [[nodiscard]] size_t columns() const { return fields.back().column + fields.back().count; }
   [[nodiscard]] size_t stride() const { return fields.back().offset + fields.back().bytes(); }
 };
+
+/// Half a unit of a number's last digit, but not more than its sixth digit stands for: "12" may be exact.
+double roundingOf(const std::string& word, double number)
+{
+  const size_t exponentAt = std::min(word.find_first_of("eE"), word.size());
+  const size_t pointAt = word.find('.');
+  const double decimals = pointAt < exponentAt ? static_cast<double>(exponentAt - pointAt - 1) : 0;
+  const double exponent = exponentAt < word.size() ? std::atof(word.c_str() + exponentAt + 1) : 0;
+  constexpr double kSixDigits = 5e-6;  // what a stream writes unless told otherwise
+  return std::min(0.5 * std::pow(10, exponent - decimals), kSixDigits * std::abs(number));
+}
 
 class PcdReader
 {
@@ -54,13 +67,20 @@ class PcdReader
 
   PcdCloud read()
   {
-    PcdCloud cloud{viewpoint(), {}};
+    PcdCloud cloud;
+    const auto& v = header_.viewpoint;
+    cloud.viewpoint = {v[0], v[1], v[2]};
+    cloud.viewpointError = header_.viewpointError;
+    cloud.viewpointRotation = Eigen::Quaterniond(v[3], v[4], v[5], v[6]);
+    const bool hasFloats = std::any_of(axes_.begin(), axes_.end(),
+                                       [](const Field& axis) { return axis.type == 'F' && axis.size == 4; });
+    if (hasFloats) cloud.relativeError = static_cast<double>(std::numeric_limits<float>::epsilon());
     if (header_.data == "ascii")
-      readAscii(cloud.points_map);
+      readAscii(cloud.points);
     else if (header_.data == "binary")
-      readBinary(cloud.points_map);
+      readBinary(cloud.points);
     else if (header_.data == "binary_compressed")
-      readCompressed(cloud.points_map);
+      readCompressed(cloud.points);
     else
       fail("DATA is \"" + header_.data + "\"; it must be ascii, binary or binary_compressed");
     return cloud;
@@ -91,6 +111,9 @@ class PcdReader
     std::optional<size_t> height;
     std::optional<size_t> points;
     std::string line;
+    constexpr int kByteOrderMark[] = {0xEF, 0xBB, 0xBF};
+    for (const int letter : kByteOrderMark)
+      if (file_.peek() == letter) file_.get();
     constexpr size_t kLongestHeader = 1 << 16;
     while (header_.data.empty())
     {
@@ -114,7 +137,7 @@ class PcdReader
       else if (key == "POINTS")
         points = countOf(words, key);
       else if (key == "VIEWPOINT")
-        for (double& part : header_.viewpoint) part = number<double>(words, key);
+        readViewpoint(words);
       else if (key == "DATA")
         words >> header_.data;
       else if (key != "VERSION")
@@ -128,6 +151,22 @@ class PcdReader
       fail("POINTS is " + std::to_string(header_.points) + " but WIDTH x HEIGHT is " +
            std::to_string(inGrid));
     layOut();
+  }
+
+  void readViewpoint(std::istream& words)
+  {
+    for (size_t i = 0; i < header_.viewpoint.size(); ++i)
+    {
+      std::string word;
+      words >> word;
+      char* end = nullptr;
+      double& part = header_.viewpoint[i];
+      part = std::strtod(word.c_str(), &end);
+      if (word.empty() || *end != '\0' || !std::isfinite(part))
+        fail("the header's VIEWPOINT must have seven numbers, tx ty tz qw qx qy qz; number " +
+             std::to_string(i + 1) + (word.empty() ? " is missing" : " is \"" + word + "\""));
+      if (i < 3) header_.viewpointError[static_cast<Eigen::Index>(i)] = roundingOf(word, part);
+    }
   }
 
   /// One line without its end. A foreign file has no reason to have lines: they are not read beyond any
@@ -187,14 +226,6 @@ class PcdReader
     }
   }
 
-  [[nodiscard]] mrpt::poses::CPose3D viewpoint() const
-  {
-    const auto& v = header_.viewpoint;
-    const Eigen::Quaterniond rotation(v[3], v[4], v[5], v[6]);
-    if (!isUnit(rotation)) fail("the rotation of VIEWPOINT (qw qx qy qz) has not the length 1");
-    return poseFrom(rotation, {v[0], v[1], v[2]});
-  }
-
   void readAscii(std::vector<Eigen::Vector3d>& points)
   {
     for (std::string line; std::getline(file_, line);)
@@ -237,12 +268,27 @@ class PcdReader
     if (available < expected)
       fail("cut short: " + std::to_string(header_.points) + " points need " + std::to_string(expected) +
            " bytes, " + std::to_string(available) + " follow the header");
+    // What follows is no matter: writers fill up the last page, or append notes of their own.
     const std::string bytes = readBytes(expected);
-    // Some writers fill up the last page with zeros; anything else means that the header is wrong.
-    for (char letter = 0; file_.get(letter);)
-      if (letter != '\0') fail("more bytes follow than " + std::to_string(header_.points) + " points need");
     takePoints(bytes, points,
                [&](const Field& field, size_t i) { return i * header_.stride() + field.offset; });
+  }
+
+  static bool isPadding(const Field& field) { return field.name == "_"; }
+
+  [[nodiscard]] size_t strideWithoutPadding() const
+  {
+    size_t stride = 0;
+    for (const Field& field : header_.fields) stride += isPadding(field) ? 0 : field.bytes();
+    return stride;
+  }
+
+  void dropPadding()
+  {
+    for (Field& field : header_.fields)
+      if (isPadding(field)) field.count = 0;
+    layOut();
+    selectAxes();
   }
 
   /// Field by field: all x, then all y, …
@@ -255,6 +301,8 @@ class PcdReader
     if (bytesLeft() < compressedSize)
       fail("cut short: the compressed points need " + std::to_string(compressedSize) + " bytes, " +
            std::to_string(bytesLeft()) + " are left");
+    if (size == productOf(header_.points, strideWithoutPadding()))
+      dropPadding();  // PCL lists the padding and leaves it out
     if (size != productOf(header_.points, header_.stride()))
       fail("its compressed points have " + std::to_string(size) + " bytes; its header states " +
            std::to_string(header_.points) + " points of " + std::to_string(header_.stride()) + " bytes");

@@ -13,6 +13,8 @@ using mrpt::poses::CPose3D;
 
 namespace
 {
+constexpr size_t kKittiColumns = 12;
+
 /// fraction 0 is the first pose, 1 the second.
 CPose3D interpolated(const CPose3D& first, const CPose3D& second, double fraction)
 {
@@ -38,8 +40,22 @@ std::vector<double> numbersOf(const std::string& line, const std::string& place)
   return numbers;
 }
 
+CPose3D poseOfMatrix(const std::vector<double>& rowByRow, const std::string& place)
+{
+  using Matrix = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+  const Matrix matrix = Eigen::Map<const Matrix>(rowByRow.data());
+  const Eigen::Matrix3d turn = matrix.leftCols<3>();
+  constexpr double kTolerance = 0.01;  // as for quaternions
+  if (!(turn * turn.transpose()).isIdentity(kTolerance) || turn.determinant() < 0)
+    throw std::runtime_error(place +
+                             ": the left 3x3 part of the twelve numbers (KITTI: a 3x4 matrix, row by row) is "
+                             "not a rotation");
+  return poseFrom(Eigen::Quaterniond(turn), matrix.col(3));
+}
+
 CPose3D poseOfColumns(const std::vector<double>& columns, const std::string& place)
 {
+  if (columns.size() == kKittiColumns) return poseOfMatrix(columns, place);
   if (columns.size() == 4) return CPose3D(columns[1], columns[2], 0, columns[3], 0, 0);
   if (columns.size() == 7)
     return CPose3D(columns[1], columns[2], columns[3], columns[4], columns[5], columns[6]);
@@ -101,14 +117,20 @@ std::vector<TimedPose> readPoseFile(const std::string& path)
     if (first == std::string::npos || line[first] == '#' || line[first] == '%') continue;
     const std::vector<double> columns = numbersOf(line, place);
     const size_t count = columns.size();
-    if (count != 4 && count != 7 && count != 8)
+    if (count != 4 && count != 7 && count != 8 && count != kKittiColumns)
       throw std::runtime_error(place + ": " + std::to_string(count) +
                                " columns; expected 8 (TUM: time tx ty tz qx qy qz qw), 7 (MRPT: time x y z "
-                               "yaw pitch roll) or 4 (MRPT: time x y phi)");
+                               "yaw pitch roll), 4 (MRPT: time x y phi) or 12 (KITTI: a 3x4 matrix, row by "
+                               "row)");
     if (columnCount == 0) columnCount = count;
     if (count != columnCount)
       throw std::runtime_error(place + ": " + std::to_string(count) +
                                " columns where the lines before have " + std::to_string(columnCount));
+    if (count == kKittiColumns)
+    {
+      poses.push_back({INVALID_TIMESTAMP, poseOfColumns(columns, place)});
+      continue;
+    }
     constexpr double kLatestTime_s = 1e11;  // the year 5138; later ones would overflow MRPT's clock
     if (std::abs(columns[0]) > kLatestTime_s)
       throw std::runtime_error(place + ": the time is not in seconds");

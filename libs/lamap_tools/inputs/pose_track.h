@@ -47,6 +47,7 @@ class PoseTrack
  *   8  TUM: time tx ty tz qx qy qz qw
  *   7  MRPT's 3D path text: time x y z yaw pitch roll
  *   4  MRPT's 2D path text: time x y phi
+ *   12 KITTI: a 3x4 matrix, row by row; such poses have no times (INVALID_TIMESTAMP)
  * with times in seconds (since 1970 if they must match a log), lengths in metres and angles in radians. Empty
  * lines and lines that begin with # or % are skipped.
  * @throws std::runtime_error naming the file, the line and what is wrong with it; also if there is no pose.

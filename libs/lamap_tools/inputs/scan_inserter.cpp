@@ -104,6 +104,7 @@ bool ScanInserter::insertPoints(const Scan& scan)
     for (const Ray& ray : fan.rays)
     {
       if (ray.meaning != RayEnd::Return || !ray.end.allFinite()) continue;
+      if (!isPointsMap && ray.end == fan.centre) continue;  // no return: the map would put an obstacle there
       const Eigen::Vector3d point = isPointsMap ? scan.inMap(ray.end) : Eigen::Vector3d(ray.end - fan.centre);
       cloud->insertPoint({point.x(), point.y(), point.z()});
     }

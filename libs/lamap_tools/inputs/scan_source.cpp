@@ -3,7 +3,7 @@
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/graph_file.h>
-#include <lamap_tools/inputs/pcd_file.h>
+#include <lamap_tools/inputs/pcd_source.h>
 #include <lamap_tools/inputs/pose_track.h>
 #include <lamap_tools/inputs/scan_source.h>
 #include <mrpt/img/CImage.h>
@@ -73,7 +73,6 @@ InputKind kindOf(const std::string& path)
       ".pcd files or .graph");
 }
 
-constexpr const char* kPcdFile = "PCD file";
 constexpr const char* kGraphScan = "graph scan";
 
 class SimpleMapSource : public ScanSource
@@ -108,74 +107,6 @@ class SimpleMapSource : public ScanSource
   mrpt::maps::CSimpleMap map_;
   size_t frame_ = 0;
   size_t observation_ = 0;
-};
-
-class PcdSource : public ScanSource
-{
- public:
-  PcdSource(const std::string& path, const Eigen::Vector3d& sensorOrigin)
-      : ScanSource(path),
-        files_(filesOf(path)),
-        sensorInFrame_(sensorOrigin.x(), sensorOrigin.y(), sensorOrigin.z(), 0, 0, 0)
-  {
-    expectedItems_ = files_.size();
-    contents_.sensors = {kPcdFile};
-    notes_ = {"origins from VIEWPOINT"};
-  }
-
-  /// Takes the poses of its files from the beginning of a range and returns the rest of it.
-  std::vector<TimedPose>::const_iterator takePoses(std::vector<TimedPose>::const_iterator first)
-  {
-    poses_.assign(first, first + static_cast<std::ptrdiff_t>(files_.size()));
-    notes_ = {"origins from the given file"};
-    return first + static_cast<std::ptrdiff_t>(files_.size());
-  }
-
-  [[nodiscard]] std::optional<ScanItem> nextOfAll() override
-  {
-    while (next_ < files_.size())
-    {
-      const size_t i = next_++;
-      try
-      {
-        PcdCloud cloud = readPcdFile(files_[i]);
-        const CPose3D frame = poses_.empty() ? cloud.viewpoint_map : poses_[i].pose_map;
-        const CPose3D sensor = frame + sensorInFrame_;
-        PointScan points{kPcdFile, {}};
-        RayFan& fan = points.scan.fans.emplace_back();
-        fan.centre = {sensor.x(), sensor.y(), sensor.z()};
-        fan.rays.reserve(cloud.points_map.size());
-        for (const Eigen::Vector3d& point : cloud.points_map) fan.addReturn(point);
-        return points;
-      }
-      catch (const std::runtime_error& error)
-      {
-        // The source's own path is named by whoever reports the damage.
-        const std::string text = error.what();
-        const std::string own = path_ + ": ";
-        damages_.push_back(text.rfind(own, 0) == 0 ? text.substr(own.size()) : text);
-      }
-    }
-    return std::nullopt;
-  }
-
- private:
-  static std::vector<std::string> filesOf(const std::string& path)
-  {
-    if (!fs::is_directory(path)) return {path};
-    std::vector<std::string> files;
-    for (const auto& entry : fs::directory_iterator(path))
-      if (!entry.is_directory() && endsWith(entry.path().string(), ".pcd"))
-        files.push_back(entry.path().string());
-    if (files.empty()) throw std::runtime_error(path + ": a folder without .pcd files");
-    std::sort(files.begin(), files.end(), inNaturalOrder);
-    return files;
-  }
-
-  std::vector<std::string> files_;
-  CPose3D sensorInFrame_;
-  std::vector<TimedPose> poses_;
-  size_t next_ = 0;
 };
 
 class GraphSource : public ScanSource
@@ -215,6 +146,8 @@ void requireFittingOptions(const InputOptions& options, const std::vector<InputK
   if (options.standingStill && !has(InputKind::Rawlog)) throw UsageError("--static: is for rawlogs only");
   if (!options.sensorOrigin.isZero() && !has(InputKind::Pcd))
     throw UsageError("--sensor-origin: is for PCD files only");
+  if (options.cloudFrame == CloudFrame::Sensor && !has(InputKind::Pcd))
+    throw UsageError("--cloud-frame: is for PCD files only");
 }
 }  // namespace
 
@@ -256,12 +189,23 @@ std::vector<std::unique_ptr<ScanSource>> openAllOf(const InputOptions& options)
 
   std::vector<TimedPose> poses;
   if (!options.posesPath.empty()) poses = readPoseFile(options.posesPath);
-  std::shared_ptr<const PoseTrack> track;
-  if (!poses.empty()) track = std::make_shared<const PoseTrack>(poses);
+  std::vector<std::string> pcdPaths;
+  for (size_t i = 0; i < kinds.size(); ++i)
+    if (kinds[i] == InputKind::Pcd) pcdPaths.push_back(options.paths[i]);
+  auto pcdSources = openPcdSources(pcdPaths, poses, options);
+  auto nextPcd = pcdSources.begin();
 
+  std::shared_ptr<const PoseTrack> track;
+  if (!poses.empty() && pcdPaths.empty())
+  {
+    if (poses.front().time == INVALID_TIMESTAMP)
+      throw std::runtime_error(
+          options.posesPath +
+          ": its poses have no times (KITTI: twelve numbers a line), so they do not tell "
+          "where a rawlog's observations were made; expected lines that begin with a time");
+    track = std::make_shared<const PoseTrack>(poses);
+  }
   std::vector<std::unique_ptr<ScanSource>> sources;
-  std::vector<PcdSource*> pcdSources;
-  size_t pcdFiles = 0;
   for (size_t i = 0; i < kinds.size(); ++i)
   {
     const std::string& path = options.paths[i];
@@ -272,20 +216,8 @@ std::vector<std::unique_ptr<ScanSource>> openAllOf(const InputOptions& options)
     else if (kinds[i] == InputKind::Graph)
       sources.push_back(std::make_unique<GraphSource>(path));
     else
-    {
-      auto source = std::make_unique<PcdSource>(path, options.sensorOrigin);
-      pcdFiles += source->expectedItems();
-      pcdSources.push_back(source.get());
-      sources.push_back(std::move(source));
-    }
+      sources.push_back(std::move(*nextPcd++));
   }
-  if (poses.empty() || pcdSources.empty()) return sources;
-  if (poses.size() != pcdFiles)
-    throw std::runtime_error(options.posesPath + ": holds " + std::to_string(poses.size()) +
-                             " poses, but there are " + std::to_string(pcdFiles) +
-                             " PCD files; the k-th pose is for the k-th file");
-  auto nextPose = poses.cbegin();
-  for (PcdSource* source : pcdSources) nextPose = source->takePoses(nextPose);
   return sources;
 }
 }  // namespace

@@ -101,16 +101,25 @@ class ScanSource
   size_t readItems_ = 0;
 };
 
+/// In which frame the points of PCD files are.
+enum class CloudFrame
+{
+  Map,
+  Sensor  ///< and the pose of the scan turns them into the map's
+};
+
 struct InputOptions
 {
   /// In this order; one named twice is read twice. A folder stands for its PCD files, in natural order (_2
   /// before _10).
   std::vector<std::string> paths;
-  /// See readPoseFile(). For rawlogs the robot's poses over time; for PCD files the k-th for the k-th file,
-  /// in place of its VIEWPOINT. Empty: none.
+  /// See readPoseFile(). For rawlogs the robot's poses over time; for PCD files they are in place of
+  /// VIEWPOINT: by time where the names of all files are times of poses, else the k-th for the k-th file.
+  /// Empty: none.
   std::string posesPath;
   /// Of PCD files: where the sensor is in the frame of VIEWPOINT or of the pose that replaces it [m].
   Eigen::Vector3d sensorOrigin = Eigen::Vector3d::Zero();
+  CloudFrame cloudFrame = CloudFrame::Map;
   /// For rawlogs: the robot stood still at the map's origin, whatever the log says.
   bool standingStill = false;
   /// To look at rawlogs without poses: what they hold is left out, with that reason, instead of an error.
@@ -134,14 +143,17 @@ struct InputOptions
  * writes them: the k-th is that of the k-th frame after an action, or of the k-th observation of a log
  * without frames, odometry included.
  * - `.simplemap`, `.simplemap.gz`: every observation, at the mean of its pose.
- * - `.pcd`, folders of them: each file a scan; one that cannot be read is a damage of the input.
+ * - `.pcd`, folders of them (hidden files are no scans): each file a scan; one that cannot be read is a
+ * damage of the input. A name is a time if all of it is a number: seconds, or whole milli-, micro- or
+ * nanoseconds since 1970. A folder whose names are times is read in their order. A point no farther from the
+ * sensor than the numbers can tell, or than 1 mm, is put on it: it is no return.
  * - `.graph`: each scan of an OctoMap scan graph.
  *
  * What is not chosen (InputOptions::choice) is left out without being counted.
  *
  * @throws UsageError if an option does not go with the inputs, std::runtime_error naming the file if one
- * cannot be read at all, holds no pose, or the number of poses is not that of the PCD files; or naming a
- * chosen sensor that none of them has. */
+ * cannot be read at all, holds no pose, or the number of poses is not that of the PCD files that take them
+ * one by one; or naming a chosen sensor that none of them has. */
 [[nodiscard]] std::vector<std::unique_ptr<ScanSource>> openInputs(const InputOptions& options);
 
 /// Whether the name is one of a log, whether or not lamap reads this kind (`.bag`), or of a folder.
