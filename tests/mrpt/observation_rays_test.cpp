@@ -368,6 +368,36 @@ TEST(RaysOf3DRangeScan, TakesPointsWhereThereIsNoImage)
   EXPECT_NE(messageOf(scan).find("3 x, 3 y and 2 z coordinates"), std::string::npos) << messageOf(scan);
 }
 
+TEST(RaysOf3DRangeScan, TakesPointsWhereTheImageHoldsNoReading)
+{
+  auto scan = depthImage();
+  scan.hasPoints3D = true;
+  scan.points3D_x = {1};
+  scan.points3D_y = {2};
+  scan.points3D_z = {3};
+  EXPECT_EQ(onlyFan(scan).returns.size(), 2u) << "those of the image";
+  const auto takesPoints = [](const CObservation3DRangeScan& frame)
+  {
+    const auto fan = onlyFan(frame);
+    ASSERT_EQ(fan.returns.size(), 1u);
+    expectNear(fan.returns[0], inMap({1, 2, 3}));
+  };
+  for (const float unit_m : {0.f, -1.f, std::numeric_limits<float>::quiet_NaN()})
+  {
+    auto withoutUnits = scan;
+    withoutUnits.rangeUnits = unit_m;
+    takesPoints(withoutUnits);
+  }
+  auto uncalibrated = scan;
+  uncalibrated.cameraParams.fx(0);
+  takesPoints(uncalibrated);
+  scan.rangeImage.fill(0);
+  takesPoints(scan);
+  scan.hasPoints3D = false;
+  EXPECT_EQ(onlyFan(scan).returns.size(), 0u);
+  EXPECT_EQ(onlyFan(scan).rays.size(), 6u) << "pixels of which nothing is known";
+}
+
 TEST(RaysOf3DRangeScan, NeedsACalibrationForAnImageAlone)
 {
   auto scan = depthImage();

@@ -134,6 +134,14 @@ bool isCalibrated(const mrpt::img::TCamera& camera)
   return std::isfinite(camera.fx()) && std::isfinite(camera.fy()) && camera.fx() > 0 && camera.fy() > 0;
 }
 
+/// Whether any pixel of an image has a reading that is a place.
+bool holdsReadings(const CObservation3DRangeScan& scan3D)
+{
+  const float unit_m = scan3D.rangeUnits;
+  return scan3D.rangeImage.size() > 0 && std::isfinite(unit_m) && unit_m > 0 &&
+         !scan3D.rangeImage.asEigen().isZero();
+}
+
 void addRangeImage(const CObservation3DRangeScan& scan3D, RayFan& fan)
 {
   const auto& image = scan3D.rangeImage;
@@ -169,8 +177,10 @@ Scan raysOf3DRangeScan(const CObservation3DRangeScan& scan3D, const CPose3D& rob
   const bool hasImage = scan3D.hasRangeImage && scan3D.rangeImage.rows() > 0 && scan3D.rangeImage.cols() > 0;
   const bool hasPoints = scan3D.hasPoints3D && !scan3D.points3D_x.empty();
 
-  // The image first: points may have been made with other options, even in another frame.
-  if (hasImage && isCalibrated(scan3D.cameraParams))
+  // The image first: points may have been made with other options, even in another frame. But frames exist
+  // whose image is there and says nothing.
+  const bool usesImage = hasImage && isCalibrated(scan3D.cameraParams);
+  if (usesImage && (!hasPoints || holdsReadings(scan3D)))
     addRangeImage(scan3D, fan);
   else if (hasPoints)
   {
