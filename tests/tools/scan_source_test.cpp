@@ -231,6 +231,48 @@ TEST(RawlogOdometry, IsFoundInsideFramesToo)
   expectPose(items[0], planar(3, 0, 0));
 }
 
+TEST(RawlogOdometry, WithoutTimesIsToldAsSuch)
+{
+  const TemporaryFolder folder;
+  const auto none = INVALID_TIMESTAMP;
+  const std::vector<Objects> logs{
+      {odometry(none, 0, 0, 0), laser(at(0)), odometry(none, 1, 0, 0), laser(at(1))},
+      {odometry(none, 0, 0, 0), laser(none), odometry(none, 1, 0, 0), laser(none)},
+      {frame({odometry(none, 0, 0, 0), laser(at(0))}), frame({odometry(none, 1, 0, 0), laser(at(1))})}};
+  InputOptions options;
+  options.paths = {folder / "a.rawlog"};
+  for (const Objects& log : logs)
+  {
+    writeLog(folder / "a.rawlog", log);
+    const std::string text = complaint<std::runtime_error>(options);
+    EXPECT_NE(
+        text.find("a.rawlog: holds 2 observations or frames and 2 CObservationOdometry, but none of them "
+                  "has a valid time stamp"),
+        std::string::npos)
+        << text;
+  }
+  options.evenWithoutPoses = true;
+  EXPECT_NE(openOne(options)->notes().at(0).find("none (it holds 2 CObservationOdometry, but none of them"),
+            std::string::npos);
+  options.standingStill = true;
+  EXPECT_EQ(read(options).size(), 2U);
+}
+
+TEST(RawlogOdometry, InPartWithoutTimesIsUsedInPart)
+{
+  const TemporaryFolder folder;
+  writeLog(folder / "a.rawlog", {odometry(at(0), 1, 0, 0), laser(at(0)), odometry(INVALID_TIMESTAMP, 9, 9, 9),
+                                 odometry(at(1), 2, 0, 0), laser(at(1))});
+  InputOptions options;
+  options.paths = {folder / "a.rawlog"};
+  const auto source = openOne(options);
+  const auto items = allItems(*source);
+  ASSERT_EQ(items.size(), 2U);
+  expectPose(items[1], planar(2, 0, 0));
+  ASSERT_EQ(source->notes().size(), 2U);
+  EXPECT_EQ(source->notes()[1], "1 CObservationOdometry without a valid time stamp are not used");
+}
+
 TEST(RawlogPoses, GivenOnesReplaceTheLogs)
 {
   const TemporaryFolder folder;

@@ -189,6 +189,7 @@ struct Survey
   std::vector<int64_t> frameTimes;
   std::vector<double>
       framePoses;  ///< composed from actions: 16 numbers for each frame's time, column by column
+  uint64_t untimedOdometry = 0;  ///< readings without a valid time
   std::vector<int64_t> odometryTimes;
   std::vector<double> odometryPoses;  ///< x, y, phi for each of these
   std::vector<int64_t> observationTimes;
@@ -202,7 +203,7 @@ struct Survey
     visit(self.hasActions), visit(self.actionsAreOdometry), visit(self.timesGoBackwards);
     visit(self.stepTimes), visit(self.frames), visit(self.items);
     visit(self.frameTimes), visit(self.framePoses);
-    visit(self.odometryTimes), visit(self.odometryPoses);
+    visit(self.untimedOdometry), visit(self.odometryTimes), visit(self.odometryPoses);
     visit(self.observationTimes), visit(self.sensors);
   }
 
@@ -251,7 +252,11 @@ std::vector<uint8_t> surveyOf(RawlogFile& file)
     if (step->isStep) survey.stepTimes.push_back(ticksOf(step->stepTime.value_or(INVALID_TIMESTAMP)));
     for (const auto& [time, pose] : step->odometry)
     {
-      if (!validTime(time)) continue;
+      if (!validTime(time))
+      {
+        ++survey.untimedOdometry;
+        continue;
+      }
       survey.odometryTimes.push_back(ticksOf(time));
       survey.odometryPoses.insert(survey.odometryPoses.end(), {pose.x, pose.y, pose.phi});
     }
@@ -384,19 +389,14 @@ class RawlogSource : public ScanSource
     {
       follow(std::make_shared<const PoseTrack>(survey.posesOfOdometry()), survey, "odometry");
       posesAreOdometry_ = true;
+      if (survey.untimedOdometry > 0)
+        notes_.push_back(std::to_string(survey.untimedOdometry) +
+                         " CObservationOdometry without a valid time stamp are not used");
     }
     else if (survey.frames <= 1)
       stand("the log holds no poses; what it holds is taken at the origin");
-    else if (options.evenWithoutPoses)
-    {
-      kind_ = Poses::None;
-      notes_ = {"none: give --poses FILE, or --static if the robot stood still"};
-    }
     else
-      throw std::runtime_error(
-          path + ": holds " + std::to_string(survey.frames) +
-          " observations or frames, but neither actions nor CObservationOdometry to tell "
-          "where they were made: give --poses FILE, or --static if the robot stood still");
+      doWithoutPoses(survey, options.evenWithoutPoses);
   }
 
   [[nodiscard]] std::optional<ScanItem> nextOfAll() override
@@ -428,6 +428,26 @@ class RawlogSource : public ScanSource
     Actions,
     Track
   };
+
+  /// @throws std::runtime_error unless that is allowed
+  void doWithoutPoses(const Survey& survey, bool isAllowed)
+  {
+    const std::string remedy = "give --poses FILE, or --static if the robot stood still";
+    const std::string odometry =
+        std::to_string(survey.untimedOdometry) +
+        " CObservationOdometry, but none of them has a valid time stamp to tell when "
+        "it was made";
+    const bool isUntimed = survey.untimedOdometry > 0;
+    if (!isAllowed)
+      throw std::runtime_error(
+          path_ + ": holds " + std::to_string(survey.frames) + " observations or frames" +
+          (isUntimed ? " and " + odometry
+                     : ", but neither actions nor CObservationOdometry to tell where they "
+                       "were made") +
+          ": " + remedy);
+    kind_ = Poses::None;
+    notes_ = {"none" + (isUntimed ? " (it holds " + odometry + ")" : "") + ": " + remedy};
+  }
 
   void stand(const std::string& note)
   {
