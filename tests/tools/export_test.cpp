@@ -316,6 +316,32 @@ TEST(ReadOctomap, RefusesToExpandWithoutEnd)
   EXPECT_TRUE(openCellMap(path)->estimateAt({1, 2, 3})) << "a point can be asked for";
 }
 
+TEST(ReadOctomap, ReadsATreeWhoseHeaderStatesNoSize)
+{
+  const TemporaryFolder folder;
+  const HandMadeCells map = randomCells(4);
+  for (const std::string extension : {".ot", ".bt"})
+  {
+    SCOPED_TRACE(extension);
+    exportMap(map, folder / ("whole" + extension));
+    const std::string whole = test::fileContent(folder / ("whole" + extension));
+    const size_t cells = readCellTable(folder / ("whole" + extension)).rows.size();
+    ASSERT_GT(cells, 0U);
+    const size_t begin = whole.find("size ");
+    const size_t end = whole.find('\n', begin);
+    for (const std::string& line : {std::string("#"), std::string("size"), std::string("# size 12")})
+    {
+      const std::string unsized = whole.substr(0, begin) + line + whole.substr(end);
+      EXPECT_EQ(readCellTable(folder.write("unsized" + extension, unsized)).rows.size(), cells) << line;
+      const std::string path = folder.write("cut" + extension, unsized.substr(0, unsized.size() - 3));
+      EXPECT_TRUE(contains(messageOf([&] { (void)openCellMap(path); }),
+                           "its header says no size, its tree does not end well"));
+    }
+    const std::string header = whole.substr(0, begin) + whole.substr(end + 1, whole.find("data\n") + 4 - end);
+    EXPECT_EQ(readCellTable(folder.write("empty" + extension, header)).rows.size(), 0U);
+  }
+}
+
 TEST(ReadOctomap, RefusesDamagedFilesByName)
 {
   const TemporaryFolder folder;

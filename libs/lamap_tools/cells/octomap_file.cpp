@@ -87,7 +87,7 @@ class OctomapCells : public CellMap
 struct OctomapHeader
 {
   std::string id;
-  size_t nodes = 0;
+  std::optional<size_t> nodes;  ///< nothing: not stated
   double resolution_m = 0;
 };
 
@@ -104,7 +104,8 @@ std::optional<OctomapHeader> readHeader(std::istream& in, const std::string& mag
     words >> key;
     if (key == "data") return header;
     if (key == "id") words >> header.id;
-    if (key == "size") words >> header.nodes;
+    if (key == "size")
+      if (size_t nodes = 0; words >> nodes) header.nodes = nodes;
     if (key == "res") words >> header.resolution_m;
   }
   return std::nullopt;
@@ -160,17 +161,20 @@ std::optional<size_t> countBinaryNodes(std::istream& in, int depth)
   return nodes;
 }
 
-void requireWhole(const std::string& path, const OctomapHeader& header, std::istream& in, bool binary)
+/// @return whether there is a tree. @throws std::runtime_error if it is not whole
+bool holdsTree(const std::string& path, const OctomapHeader& header, std::istream& in, bool binary)
 {
-  if (header.nodes == 0) return;
+  if (header.nodes == 0U || (!header.nodes && in.peek() == std::istream::traits_type::eof())) return false;
   const auto begin = in.tellg();
   const size_t bytesBeforeChildren = header.id == "ColorOcTree" ? sizeof(float) + 3 : sizeof(float);
   const auto nodes = binary ? countBinaryNodes(in, 0) : countNodes(in, bytesBeforeChildren, 0);
-  if (nodes != header.nodes)
-    failRead(path, "is cut short or damaged: its header says " + std::to_string(header.nodes) + " nodes, " +
+  if (!nodes || (header.nodes && nodes != header.nodes))
+    failRead(path, "is cut short or damaged: its header says " +
+                       (header.nodes ? std::to_string(*header.nodes) + " nodes" : "no size") + ", " +
                        (nodes ? "it holds " + std::to_string(*nodes) : "its tree does not end well"));
   in.clear();
   in.seekg(begin);
+  return true;
 }
 
 template <class Tree>
@@ -178,8 +182,7 @@ std::unique_ptr<CellMap> readTree(const std::string& path, const OctomapHeader& 
                                   bool binary)
 {
   auto tree = std::make_unique<Tree>(header.resolution_m);
-  requireWhole(path, header, in, binary);
-  if (header.nodes > 0) binary ? tree->readBinaryData(in) : tree->readData(in);
+  if (holdsTree(path, header, in, binary)) binary ? tree->readBinaryData(in) : tree->readData(in);
   return std::make_unique<OctomapCells<Tree>>(std::move(tree));
 }
 
