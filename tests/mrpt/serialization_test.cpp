@@ -9,9 +9,12 @@
 #include <mrpt/maps/TMetricMapInitializer.h>
 #include <mrpt/opengl/COpenGLScene.h>
 
+#include <cstring>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <random>
+#include <set>
 
 #include <support/golden_files.h>
 #include <support/small_maps.h>
@@ -289,6 +292,43 @@ TEST(Serialization, SavingTheRepresentationWritesThreeWholeFiles)
           std::filesystem::directory_iterator(std::filesystem::path(folder.file("map")).parent_path()), {}),
       3);
   EXPECT_THROW(map.saveMetricMapRepresentationToFile("/no/such/folder/map"), std::runtime_error);
+}
+
+TEST(Serialization, PlyAndSceneKeepCellsApartInUtmCoordinates)
+{
+  const TemporaryFolder folder;
+  for (const Eigen::Vector3d& first :
+       {Eigen::Vector3d(448123.45, 5412345.65, 310.25), Eigen::Vector3d(-5e6 + 0.05, 0.05, 0.05),
+        Eigen::Vector3d(0.05, 0.15, 0.25)})
+  {
+    SCOPED_TRACE(first.x());
+    CBGKMap map;
+    constexpr size_t kCells = 5;
+    for (size_t i = 0; i < kCells; ++i)
+      map.updateVoxel(first.x() + 0.1 * static_cast<double>(i), first.y(), first.z(), true);
+    map.saveMetricMapRepresentationToFile(folder.file("utm"));
+
+    std::ifstream file(folder.file("utm.ply"), std::ios::binary);
+    const std::string ply{std::istreambuf_iterator<char>(file), {}};
+    const std::string end = "property double z\nend_header\n";
+    const size_t begin = ply.find(end) + end.size();
+    ASSERT_EQ(ply.size(), begin + 24 * kCells);
+    for (size_t i = 0; i < kCells; ++i)
+    {
+      Eigen::Vector3d centre;
+      std::memcpy(centre.data(), ply.data() + begin + 24 * i, 24);
+      EXPECT_LT((centre - first - 0.1 * static_cast<double>(i) * Eigen::Vector3d::UnitX()).norm(), 1e-6) << i;
+    }
+
+    mrpt::opengl::COpenGLScene scene;
+    ASSERT_TRUE(scene.loadFromFile(folder.file("utm.3Dscene")));
+    const auto voxels = scene.getByClass<mrpt::opengl::COctoMapVoxels>();
+    ASSERT_TRUE(voxels);
+    std::set<float> places;
+    for (size_t i = 0; i < kCells; ++i)
+      places.insert(voxels->getVoxel(mrpt::opengl::VOXEL_SET_OCCUPIED, i).coords.x);
+    EXPECT_EQ(places.size(), kCells);
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <lamap_mrpt/maps/CBGKMap.h>
 #include <mrpt/opengl/CSetOfObjects.h>
 
+#include <cmath>
 #include <set>
 
 #include <support/small_maps.h>
@@ -53,6 +54,47 @@ TEST(Visualization, EachVisibleOccupiedCellIsACube)
                   static_cast<int>(std::floor(voxel.coords.z * 10))});
   }
   EXPECT_EQ(cells.size(), 56u);
+}
+
+// In UTM coordinates, floats are 0.5 m apart: cells of 0.1 m would fall together.
+TEST(Visualization, CubesFarAwayAreApartAndRelativeToTheirPose)
+{
+  struct Place
+  {
+    mrpt::math::TPoint3D first;
+    bool isFar;
+  };
+  for (const Place& place :
+       {Place{{448123.45, 5412345.65, 310.25}, true}, Place{{-448123.45, 0.05, 0.05}, true},
+        Place{{0.05, 0.05, -200000.05}, true}, Place{{1000.05, -2000.05, 0.05}, false}})
+  {
+    SCOPED_TRACE(place.first.asString());
+    CBGKMap map;
+    constexpr int kCells = 7;
+    for (int i = 0; i < kCells; ++i)
+      map.updateVoxel(place.first.x + 0.1 * i, place.first.y + 0.2 * i, place.first.z, true);
+    map.renderingOptions.generateGridLines = true;
+    const auto voxels = viewOf(map);
+    ASSERT_EQ(voxels->getVoxelCount(VOXEL_SET_OCCUPIED), static_cast<size_t>(kCells));
+    const mrpt::poses::CPose3D pose(voxels->getPose());
+    EXPECT_EQ(pose.norm() != 0, place.isFar);
+    std::set<double> found;
+    for (size_t i = 0; i < kCells; ++i)
+    {
+      const auto& cube = voxels->getVoxel(VOXEL_SET_OCCUPIED, i).coords;
+      const mrpt::math::TPoint3D centre(pose.x() + cube.x, pose.y() + cube.y, pose.z() + cube.z);
+      const double step = std::round((centre.x - place.first.x) / 0.1);
+      EXPECT_NEAR(centre.x, place.first.x + 0.1 * step, 1e-3);
+      EXPECT_NEAR(centre.y, place.first.y + 0.2 * step, 1e-3);
+      EXPECT_NEAR(centre.z, place.first.z, 1e-3);
+      found.insert(step);
+    }
+    EXPECT_EQ(found.size(), static_cast<size_t>(kCells));
+    ASSERT_EQ(voxels->getGridCubeCount(), 1U);
+    const auto size = voxels->getGridCube(0).max - voxels->getGridCube(0).min;
+    EXPECT_NEAR(size.x, 0.7, 1e-3);
+    EXPECT_NEAR(size.y, 1.3, 1e-3);
+  }
 }
 
 TEST(Visualization, HeightGoesFromBlueToRed)

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -51,6 +52,24 @@ std::pair<double, double> stretchInBox(const Eigen::Vector3d& origin, const Eige
     last = std::min(last, std::max(a, b));
   }
   return {first, last};
+}
+/** Writes the centres of the occupied cells as a PLY file of doubles: MRPT's writer knows floats only, which
+ * do not tell cells apart in UTM coordinates.
+ * @param path   for messages
+ * @param place  where to write it. @throws std::runtime_error naming the path */
+void writeCentres(const CLearnedMap& map, const std::string& path, const std::string& place)
+{
+  const std::vector<CellIndex> cells = sortedOccupiedCells(map);
+  std::ofstream out(place, std::ios::binary | std::ios::trunc);
+  out << "ply\nformat binary_little_endian 1.0\nelement vertex " << cells.size()
+      << "\nproperty double x\nproperty double y\nproperty double z\nend_header\n";
+  for (const CellIndex& cell : cells)
+  {
+    const Eigen::Vector3d centre = cellCentre(cell, map.resolution());
+    out.write(reinterpret_cast<const char*>(centre.data()), sizeof(double) * 3);
+  }
+  out.close();
+  if (!out) throw std::runtime_error("cannot write " + path);
 }
 }  // namespace
 
@@ -267,10 +286,7 @@ void CLearnedMap::saveMetricMapRepresentationToFile(const std::string& prefix) c
   sceneFile.commit();
 
   AtomicFile plyFile(prefix + ".ply");
-  // A copy, because the exporter is not const.
-  mrpt::maps::CSimplePointsMap points = occupiedCells()->points();
-  if (!points.saveToPlyFile(plyFile.temporaryPath(), true))
-    throw std::runtime_error("cannot write " + prefix + ".ply: " + points.getSavePLYErrorString());
+  writeCentres(*this, prefix + ".ply", plyFile.temporaryPath());
   plyFile.commit();
 }
 

@@ -183,7 +183,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   /// Adds a scan: points in the map frame, and the origin of their rays [m].
   void insertPointCloud(const mrpt::maps::CPointsMap& points, float sensor_x, float sensor_y, float sensor_z);
 
-  /// The map as cubes; see TRenderingOptions.
+  /// The map as cubes; see TRenderingOptions. Far from the origin, relative to their pose, which is set.
   void getAsOctoMapVoxels(mrpt::opengl::COctoMapVoxels& voxels) const;
 
   // ---- CMetricMap ----

@@ -6,7 +6,7 @@
 
 namespace lamap
 {
-OccupiedCells::OccupiedCells(const CLearnedMap& map) : thresholds_(map.stateThresholds())
+std::vector<CellIndex> sortedOccupiedCells(const CLearnedMap& map)
 {
   std::vector<CellIndex> cells;
   map.visitCells(
@@ -17,6 +17,12 @@ OccupiedCells::OccupiedCells(const CLearnedMap& map) : thresholds_(map.stateThre
   std::sort(cells.begin(), cells.end(),
             [](const CellIndex& a, const CellIndex& b)
             { return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x); });
+  return cells;
+}
+
+OccupiedCells::OccupiedCells(const CLearnedMap& map) : thresholds_(map.stateThresholds())
+{
+  const std::vector<CellIndex> cells = sortedOccupiedCells(map);
   points_.reserve(cells.size());
   for (const CellIndex& cell : cells)
   {

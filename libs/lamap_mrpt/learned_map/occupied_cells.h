@@ -7,10 +7,14 @@
 
 #include <array>
 #include <memory>
+#include <vector>
 
 namespace lamap
 {
 class CLearnedMap;
+
+/// In the order of z, y, x.
+[[nodiscard]] std::vector<CellIndex> sortedOccupiedCells(const CLearnedMap& map);
 
 /** Centres of a map's occupied cells in the order of z, y, x.
  *

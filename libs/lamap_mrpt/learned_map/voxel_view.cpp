@@ -6,8 +6,11 @@
 #include <mrpt/opengl/CSetOfObjects.h>
 #include <tsl/robin_map.h>
 
-#include <lamap_core/grid/evidence.h>
 #include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <lamap_core/grid/evidence.h>
 
 namespace lamap
 {
@@ -55,7 +58,9 @@ double coloured(CLearnedMap::ColourBy by, const CellIndex& cell, const CellEstim
 class VoxelView
 {
  public:
-  VoxelView(const CLearnedMap& map, COctoMapVoxels& voxels) : map_(map), voxels_(voxels)
+  /// @param base  the cell that the cubes' coordinates are relative to
+  VoxelView(const CLearnedMap& map, const CellIndex& base, COctoMapVoxels& voxels)
+      : map_(map), base_(base), voxels_(voxels)
   {
     const auto& options = map.renderingOptions;
     map.visitCells(
@@ -95,7 +100,10 @@ class VoxelView
   void add(mrpt::opengl::predefined_voxel_sets_t set, const CellIndex& cell, const CellEstimate& estimate,
            double opacity)
   {
-    const Eigen::Vector3f centre = cellCentre(cell, map_.resolution()).cast<float>();
+    const Eigen::Vector3d fromBase(static_cast<double>(cell.x) - base_.x,
+                                   static_cast<double>(cell.y) - base_.y,
+                                   static_cast<double>(cell.z) - base_.z);
+    const Eigen::Vector3f centre = ((fromBase.array() + 0.5) * map_.resolution()).matrix().cast<float>();
     const float place = scale_(coloured(map_.renderingOptions.colourBy, cell, estimate));
     // Without the dark ends of the colour map, which lighting would turn black.
     constexpr float kBlue = 0.125f;
@@ -107,17 +115,41 @@ class VoxelView
   }
 
   const CLearnedMap& map_;
+  CellIndex base_;
   COctoMapVoxels& voxels_;
   CellEstimates occupied_;
   CellEstimates free_;
   Scale scale_;
 };
+/// Cell 0, unless floats do not tell the cells of the box apart when counted from there: then its first one.
+CellIndex baseOf(const ObservedBox& box)
+{
+  if (!box.any) return {0, 0, 0};
+  double farthest = 0;  // in cells
+  for (const CellIndex& cell : {box.low, box.high})
+    for (const int index : {cell.x, cell.y, cell.z}) farthest = std::max(farthest, std::abs(index + 0.5));
+  constexpr double kMaxError = 0.05;  // of a cell
+  const bool isFar = farthest * static_cast<double>(std::numeric_limits<float>::epsilon()) / 2 > kMaxError;
+  return isFar ? box.low : CellIndex{0, 0, 0};
+}
 }  // namespace
 
 void CLearnedMap::getAsOctoMapVoxels(COctoMapVoxels& voxels) const
 {
-  VoxelView(*this, voxels).fill();
-  const auto box = boundingBox();
+  const auto observed = observedBox();
+  const CellIndex base = baseOf(*observed);
+  VoxelView(*this, base, voxels).fill();
+  auto box = boundingBox();
+  if (!(base == CellIndex{0, 0, 0}))
+  {
+    const double r = resolution();
+    const auto cells = [](int low, int high) { return static_cast<double>(high) - low + 1; };
+    const CellIndex& high = observed->high;
+    box = {{0, 0, 0},
+           {static_cast<float>(cells(base.x, high.x) * r), static_cast<float>(cells(base.y, high.y) * r),
+            static_cast<float>(cells(base.z, high.z) * r)}};
+    voxels.setLocation(base.x * r, base.y * r, base.z * r);
+  }
   voxels.setBoundingBox(mrpt::math::TPoint3D(box.min), mrpt::math::TPoint3D(box.max));
   voxels.showGridLines(renderingOptions.generateGridLines);
   if (renderingOptions.generateGridLines) voxels.push_back_GridCube({box.min, box.max});
