@@ -270,6 +270,50 @@ TEST_F(BuildProgram, EveryCommandThatReadsLogsChoosesFromThem)
   EXPECT_EQ(run({"thin", "-i", log, "-o", folder_ / "part.rawlog"}).exitCode, 2) << "neither rays nor scans";
 }
 
+// A wall 3 m ahead, seen from (0, 0) along x and from (1, 0) along y, with the same points in both files.
+TEST_F(BuildProgram, CloudFrameSaysWhereThePointsAre)
+{
+  std::string points;
+  for (int y = -10; y <= 10; ++y) points += "3.05 " + std::to_string(0.1 * y) + " 0.05\n";
+  const std::string turned = "1 0 0 0.70710678 0 0 0.70710678";
+  const TemporaryFolder plain;
+  const TemporaryFolder withPoses;
+  for (const std::string name : {"000000.pcd", "000001.pcd"})
+  {
+    const auto pcd = [&](const std::string& viewpoint)
+    {
+      return "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 21\nHEIGHT "
+             "1\nVIEWPOINT " +
+             viewpoint + "\nPOINTS 21\nDATA ascii\n" + points;
+    };
+    plain.write(name, pcd("0 0 0 1 0 0 0"));
+    withPoses.write(name, pcd(name == "000001.pcd" ? turned : "0 0 0 1 0 0 0"));
+  }
+  const std::string tum = folder_.write("p.tum", "5 0 0 0 0 0 0 1\n6 1 0 0 0 0 0.70710678 0.70710678\n");
+  const std::string kitti = folder_.write("p.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n0 -1 0 1 1 0 0 0 0 0 1 0\n");
+  const std::string map = folder_ / "a.lamap.gz";
+  const std::vector<std::vector<std::string>> inputs{
+      {plain.path(), "--poses", tum}, {plain.path(), "--poses", kitti}, {withPoses.path()}};
+  for (std::vector<std::string> arguments : inputs)
+  {
+    SCOPED_TRACE(arguments.back());
+    arguments.insert(arguments.begin(), {"build", "-m", "bgkMap", "-o", map, "-i"});
+    const Outcome inMapFrame = run(arguments);
+    EXPECT_EQ(inMapFrame.exitCode, 0) << inMapFrame.err;
+    EXPECT_NE(inMapFrame.out.find("give --cloud-frame sensor"), std::string::npos) << inMapFrame.out;
+    EXPECT_EQ(run({"query", map, "--at", "1.05,3.05,0.05"}).out.find("occupied"), std::string::npos);
+    arguments.insert(arguments.end(), {"--cloud-frame", "sensor"});
+    const Outcome inSensorFrame = run(arguments);
+    EXPECT_EQ(inSensorFrame.exitCode, 0) << inSensorFrame.err;
+    EXPECT_EQ(inSensorFrame.out.find("give --cloud-frame"), std::string::npos) << inSensorFrame.out;
+    EXPECT_NE(run({"query", map, "--at", "1.05,3.05,0.05"}).out.find("occupied"), std::string::npos);
+  }
+  const Outcome wrong =
+      run({"build", "-i", plain.path(), "-m", "bgkMap", "-o", map, "--cloud-frame", "world"});
+  EXPECT_EQ(wrong.exitCode, 2);
+  EXPECT_NE(wrong.err.find("--cloud-frame: 'world' is none of: map, sensor"), std::string::npos) << wrong.err;
+}
+
 TEST_F(BuildProgram, RunPassesArgumentsEnvironmentAndExitCodeOn)
 {
   const Outcome outcome =
