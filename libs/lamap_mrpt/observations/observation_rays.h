@@ -33,8 +33,9 @@ namespace lamap
  *   it for free: it was measured and rejected (MRPT's exclusion areas and angles mark the robot's own body,
  * or a range below the sensor's minimum), or the pulse was lost (drivers write 0).
  * - CObservation3DRangeScan. The range image through the depth camera's own model, with distortion; the
- * points if there is no image, no calibration, or not one reading in the image. A pixel 0 or a point (0,0,0) is dropped, not free, because a
- * depth camera that finds no match has seen nothing. There are no rays without a return.
+ * points if there is no image, no calibration, or not one reading in the image. A pixel 0 or a point (0,0,0)
+ * is dropped, not free, because a depth camera that finds no match has seen nothing. There are no rays
+ * without a return.
  * - CObservationPointCloud. All points, including NaN. sensorPose is applied (MRPT's own insertion ignores
  *   it). No range is stated.
  * - CObservationVelodyneScan. The generated points; if there are none, points are generated from the packets

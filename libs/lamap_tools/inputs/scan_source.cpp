@@ -23,7 +23,6 @@
 namespace lamap::tools
 {
 namespace fs = std::filesystem;
-using mrpt::poses::CPose3D;
 
 namespace
 {
