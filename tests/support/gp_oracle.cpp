@@ -1,3 +1,4 @@
+#include <lamap_core/scan/open_space.h>
 #include <support/gp_oracle.h>
 
 #include <lamap_core/grid/cell_sums.h>
@@ -169,6 +170,77 @@ OraclePoints gpTrainingSetOf(const Scan& scan, const GpStructure& structure, con
   return points;
 }
 
+namespace
+{
+/// What one fan of rays saw, by the map's axes in a planar map, else by the sensor's.
+struct OracleView
+{
+  Eigen::Vector3d origin_map;
+  OpenSpace space;
+};
+
+std::vector<OracleView> viewsOf(const Scan& scan, bool planar, const GpInference& resolved)
+{
+  std::vector<OracleView> views;
+  const Eigen::Matrix3d turn = scan.sensorPose_map.linear();
+  for (const RayFan& fan : selectRays(scan, resolved).scan.fans)
+  {
+    std::vector<Eigen::Vector3d> ends;
+    for (const Ray& ray : fan.rays)
+    {
+      Eigen::Vector3d end = ray.end;
+      if (ray.meaning == RayEnd::Return) end -= fan.centre;
+      if (planar) end = turn * end;
+      if (planar) end.z() = 0;
+      ends.push_back(end);
+    }
+    if (!ends.empty())
+      views.push_back({turn * fan.centre + scan.sensorPose_map.translation(), OpenSpace::between(ends)});
+  }
+  return views;
+}
+
+/// Cells that are called free though no ray passes through them nor do all rays beside them reach farther.
+void forgetUnseen(const Scan& scan, const GpStructure& structure, const GpInference& resolved,
+                  std::map<Cell, GpSums>& sums)
+{
+  const TrainingSet taught = taughtBy(scan, structure, resolved);
+  std::set<Cell> passed;
+  if (resolved.trainingPoints == TrainingPoints::Cells)
+    for (const Eigen::Vector3d& place : taught.frees_map) passed.insert(cellOf(place, structure.resolution));
+  const std::vector<OracleView> views = viewsOf(scan, structure.planar, resolved);
+  const Eigen::Matrix3d turnBack = scan.sensorPose_map.linear().transpose();
+  for (auto& [cell, sum] : sums)
+  {
+    if (!sum.reached || passed.count(cell) > 0) continue;
+    constexpr long double kUnsure = 1e-5L;
+    if (std::abs(sum.weighted) < kUnsure) sum.undecided = true;
+    if (sum.weighted >= 0) continue;
+    const auto isSeen = [&](const Eigen::Vector3d& shift)
+    {
+      return std::any_of(views.begin(), views.end(),
+                         [&](const OracleView& view)
+                         {
+                           Eigen::Vector3d place = centreOf(cell, structure.resolution) - view.origin_map;
+                           if (structure.planar) place.z() = 0;
+                           if (!structure.planar) place = turnBack * place;
+                           return view.space.reaches(place + shift);
+                         });
+    };
+    const bool seen = isSeen(Eigen::Vector3d::Zero());
+    for (int corner = 0; corner < 8; ++corner)
+    {
+      const auto along = [&](int axis) { return (corner >> axis & 1) != 0 ? 1e-6 : -1e-6; };
+      const Eigen::Vector3d shift(along(0), along(1), structure.planar ? 0 : along(2));
+      if (isSeen(shift) != seen) sum.undecided = true;  // next to the edge of a bin or the end of a ray
+    }
+    const bool undecided = sum.undecided;
+    if (!seen) sum = {};
+    sum.undecided = undecided;
+  }
+}
+}  // namespace
+
 std::set<Cell> gpHitCellsOf(const Scan& scan, const GpStructure& structure, const GpInference& inference)
 {
   std::set<Cell> cells;
@@ -242,9 +314,10 @@ std::map<Cell, GpSums> gpSumsOf(const Scan& scan, const GpStructure& structure, 
     }
     if (!extended.labels.empty()) addSums(gpOf(extended), first, last, structure, support, sums);
   }
-  // A cell with a hit: at least what a GP says of it that knows nothing but a hit at its centre.
+  if (resolved.protectHits > 0) forgetUnseen(scan, structure, resolved, sums);
+  // A cell with a hit: at least what a GP says of it that knows nothing but three hits at its centre.
   OraclePoints hit;
-  hit.add(Eigen::Vector3d::Zero(), 1.0);
+  for (int copy = 0; copy < 3; ++copy) hit.add(Eigen::Vector3d::Zero(), 1.0);
   const auto [mean, variance] = gpOf(hit).at(Eigen::Vector3d::Zero());
   for (const Cell& cell : gpHitCellsOf(scan, structure, inference))
   {

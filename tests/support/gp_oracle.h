@@ -56,7 +56,7 @@ class OracleGp
 };
 
 /// Cells in which rays ended, of a scan whose hits are protected: a GP map says at least of them what a GP
-/// says that knows one hit at their centre.
+/// says that knows three hits at their centre.
 std::set<Cell> gpHitCellsOf(const Scan& scan, const GpStructure& structure, const GpInference& inference);
 
 /// A scan's training points for a GP map. In a planar map all have the height of the layer's middle.

@@ -115,9 +115,10 @@ void OverlappingOracle::addModel(const HilbertModel& model, const std::vector<Sc
   models_.push_back(own);
 }
 
-bool OverlappingOracle::inField(const Model& model, const Eigen::Vector3d& p, bool& doubtful) const
+OverlappingOracle::Seen OverlappingOracle::lookAt(const Model& model, const Eigen::Vector3d& p,
+                                                  bool& doubtful) const
 {
-  bool any = false;
+  Seen any;
   for (const Sensor& sensor : model.sensors)
   {
     Eigen::Vector3d d = p - sensor.origin;
@@ -131,12 +132,13 @@ bool OverlappingOracle::inField(const Model& model, const Eigen::Vector3d& p, bo
     if (!within(sensor.rangeMax_m)) continue;
     if (within(inference_.fieldNear))
     {
-      any = true;
+      any = {true, true};
       continue;
     }
     const auto bin = binOf(d, inference_.fieldAngle, structure_.planar, doubtful);
     // All fans from the same place see together.
     double depth = 0;
+    double shortest = std::numeric_limits<double>::infinity();
     for (const Sensor& other : model.sensors)
     {
       if ((other.origin - sensor.origin).norm() > 1e-9 || other.rangeMax_m != sensor.rangeMax_m) continue;
@@ -150,9 +152,12 @@ bool OverlappingOracle::inField(const Model& model, const Eigen::Vector3d& p, bo
             std::abs(rayBin.first - bin.first) <= 1 && std::abs(rayBin.second - bin.second) <= 1;
         if (rayDoubtful && touches) doubtful = true;
         if (rayBin == bin) depth = std::max(depth, ray.norm());
+        if (rayBin.second == bin.second && std::abs(rayBin.first - bin.first) <= 1)
+          shortest = std::min(shortest, ray.norm());
       }
     }
-    if (depth > 0 && within(depth + inference_.fieldDepth)) any = true;
+    if (depth > 0 && within(depth + inference_.fieldDepth)) any.inField = true;
+    if (depth > 0 && within(shortest)) any.open = true;
   }
   return any;
 }
@@ -222,7 +227,9 @@ OverlappingOracle::Answer OverlappingOracle::at(const Eigen::Vector3d& point_map
     }
     if (!reached && barely) answer.doubtful = true;
     if (!reached) continue;
-    if (inField(model, p, answer.doubtful))
+    const Seen by = lookAt(model, p, answer.doubtful);
+    if (std::abs(f) < kDoubt_m) answer.doubtful = true;  // on the edge of being free
+    if (by.inField && (f >= 0 || by.open))
     {
       answer.inField = true;
       seen += inference_.fieldWeight * f;

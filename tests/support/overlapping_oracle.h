@@ -56,7 +56,12 @@ class OverlappingOracle
     std::vector<Eigen::Vector3d> hits_map;
   };
   [[nodiscard]] bool isHit(const Model& model, const Eigen::Vector3d& point_map, bool& doubtful) const;
-  [[nodiscard]] bool inField(const Model& model, const Eigen::Vector3d& p, bool& doubtful) const;
+  struct Seen
+  {
+    bool inField = false;
+    bool open = false;
+  };
+  [[nodiscard]] Seen lookAt(const Model& model, const Eigen::Vector3d& p, bool& doubtful) const;
 
   OverlappingStructure structure_;
   OverlappingInference inference_;

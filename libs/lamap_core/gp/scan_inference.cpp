@@ -4,6 +4,7 @@
 #include <lamap_core/gp/regression.h>
 #include <lamap_core/grid/block_lists.h>
 #include <lamap_core/grid/evidence_draft.h>
+#include <lamap_core/scan/open_space.h>
 #include <lamap_core/training/sampler.h>
 #include <tbb/enumerable_thread_specific.h>
 
@@ -48,6 +49,9 @@ void splitPoints(GpPoint* first, size_t count, size_t most, Visit&& visit)
   splitPoints(first, count / 2, most, visit);
   splitPoints(first + count / 2, count - count / 2, most, visit);
 }
+
+/// A return is measured, free space beside a ray is inferred: chosen by the log loss of simulated surfaces.
+constexpr double kLeastHits = 3;
 
 /// The covariance for one set of options.
 struct CovarianceFor
@@ -124,6 +128,9 @@ class GpScanInference::Implementation
   void inferBlock(size_t target, Worker& worker) const;
   void gatherAround(size_t target, const CellIndex& first, Worker& worker) const;
   void addExpert(const GpExpert& expert, const CellIndex& first, Worker& worker) const;
+  void listViews(const SelectedRays& rays, const ScanFrame& frame);
+  [[nodiscard]] bool isSeenFree(const CellIndex& local) const;
+  void forgetUnseen(const CellIndex& first, Worker& worker) const;
   void keepHits(const BlockIndex& index, Worker& worker) const;
   void draftBlock(const BlockIndex& index, Worker& worker) const;
 
@@ -137,6 +144,15 @@ class GpScanInference::Implementation
   CellIndex anchor_;
   double support_ = 0;  ///< [cells]
   std::vector<Labelled> labelled_;
+  /// What one fan of rays saw, in the axes of the sensor.
+  struct View
+  {
+    Eigen::Vector3d origin;  ///< [cells] from the anchor
+    OpenSpace space;
+  };
+  std::vector<View> views_;
+  Eigen::Matrix3d toSensor_;
+  const TrainingSet* training_ = nullptr;
   std::vector<std::pair<BlockIndex, uint32_t>> hitCells_;  ///< by block: offsets of cells in which rays ended
   std::vector<GpPoint> points_;
   std::vector<DataBlock> dataBlocks_;
@@ -177,6 +193,8 @@ Evidence GpScanInference::Implementation::infer(const Scan& scan, const GpInfere
   const TrainingSet& training =
       sampler_.sample(rays, inference.samplingRules(), frame, BlockOffset(anchor_), workers.threads());
   counts = training.counts;
+  training_ = &training;
+  listViews(rays, frame);
   labelPoints(training);
   listHitCells(training);
   formDataBlocks();
@@ -343,6 +361,7 @@ void GpScanInference::Implementation::inferBlock(size_t target, Worker& worker) 
                   addExpert(worker.expert, first, worker);
                 });
   }
+  if (inference_.protectHits > 0) forgetUnseen(first, worker);
   keepHits(index, worker);
   draftBlock(index, worker);
 }
@@ -403,12 +422,69 @@ void GpScanInference::Implementation::addExpert(const GpExpert& expert, const Ce
   flush();
 }
 
-/** Cells in which rays of the scan ended say at least what a GP says that knows one hit there and nothing
- * else: mean σ_f²/(σ_f² + σ_n²), precision 1/σ_f² + 1/σ_n². Else the free space around a thin thing, which is
- * far more, would call it free by smoothness alone. */
+void GpScanInference::Implementation::listViews(const SelectedRays& rays, const ScanFrame& frame)
+{
+  views_.clear();
+  if (inference_.protectHits == 0) return;
+  // Of a planar map in the plane of the map, else in the axes of the sensor, along which rays are regular.
+  const Scan& scan = rays.scan;
+  const bool planar = structure_.planar;
+  toSensor_ =
+      planar ? Eigen::Matrix3d::Identity() : Eigen::Matrix3d(scan.sensorPose_map.linear().transpose());
+  for (const RayFan& fan : scan.fans)
+  {
+    const auto origin = frame.toLocal(scan.inMap(fan.centre));
+    if (!origin || fan.rays.empty()) continue;
+    std::vector<Eigen::Vector3d> ends;
+    ends.reserve(fan.rays.size());
+    for (const Ray& ray : fan.rays)
+    {
+      const Eigen::Vector3d end =
+          ray.meaning == RayEnd::Return ? Eigen::Vector3d(ray.end - fan.centre) : ray.end;
+      ends.push_back(planar ? scan.turnedToMap(end) : end);
+      if (planar) ends.back().z() = 0;
+    }
+    views_.push_back({*origin, OpenSpace::between(ends)});
+  }
+}
+
+/// Whether a ray passes through a cell, or the rays on all its sides reach farther.
+bool GpScanInference::Implementation::isSeenFree(const CellIndex& local) const
+{
+  if (training_->isIn(&BlockMasks::free, local)) return true;
+  const Eigen::Vector3d centre(local.x + 0.5, local.y + 0.5, local.z + 0.5);
+  return std::any_of(views_.begin(), views_.end(),
+                     [&](const View& view)
+                     {
+                       const Eigen::Vector3d place =
+                           toSensor_ * ((centre - view.origin) * structure_.resolution);
+                       return view.space.reaches(place);
+                     });
+}
+
+/** Forgets what the block's processes said of cells that they call free though no ray saw them free: a floor
+ * between the rings of a lidar, which lies behind the ends of the rays below it. */
+void GpScanInference::Implementation::forgetUnseen(const CellIndex& first, Worker& worker) const
+{
+  const int layers = shape_.planar() ? 1 : shape_.edge();
+  for (int z = 0; z < layers; ++z)
+    for (int y = 0; y < shape_.edge(); ++y)
+      for (int x = 0; x < shape_.edge(); ++x)
+      {
+        const uint32_t offset = shape_.offsetOfLocal(static_cast<uint32_t>(x), static_cast<uint32_t>(y),
+                                                     static_cast<uint32_t>(z));
+        if (worker.weighted[offset] >= 0 || isSeenFree({first.x + x, first.y + y, first.z + z})) continue;
+        worker.precision[offset] = worker.weighted[offset] = 0;
+        worker.touched[offset >> 6] &= ~(uint64_t{1} << (offset & 63));
+      }
+}
+
+/** Cells in which rays of the scan ended say at least what a GP says that knows kLeastHits hits there and
+ * nothing else: Σ(1/σ² − 1/σ_f²) and Σ μ/σ² are kLeastHits/σ_n². Else the free space around a thin thing,
+ * which is far more, would call it free by smoothness alone. */
 void GpScanInference::Implementation::keepHits(const BlockIndex& index, Worker& worker) const
 {
-  const double hitPrecision = 1.0 / structure_.noiseVariance;
+  const double hitPrecision = kLeastHits / structure_.noiseVariance;
   const auto first = std::lower_bound(hitCells_.begin(), hitCells_.end(), std::make_pair(index, uint32_t{0}));
   for (auto hit = first; hit != hitCells_.end() && hit->first == index; ++hit)
   {

@@ -130,11 +130,11 @@ ModelShape::ModelShape(const OverlappingStructure& structure)
 {
 }
 
-std::array<bool, 4> HilbertModel::inField(const std::array<Eigen::Vector3d, 4>& places) const
+DepthView::Seen HilbertModel::seen(const std::array<Eigen::Vector3d, 4>& places) const
 {
-  std::array<bool, 4> contained{};
-  for (const DepthView& view : views) view.addContained(places, contained);
-  return contained;
+  DepthView::Seen seen;
+  for (const DepthView& view : views) view.addSeen(places, seen);
+  return seen;
 }
 
 std::optional<float> HilbertModel::logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p) const
@@ -157,10 +157,11 @@ int64_t logoddsUnits(float logodds, double weight)
   return inEvidenceUnits(std::clamp(static_cast<double>(logodds), -kMaxLogodds, kMaxLogodds) * weight);
 }
 
-CellSums HilbertModel::evidenceOf(const ModelShape& shape, float logodds, bool inField) const
+CellSums HilbertModel::evidenceOf(const ModelShape& shape, float logodds, bool inField, bool open) const
 {
   SignedSums sums;
-  if (inField)
+  // Free only where all rays beside a place reach farther; beyond them it is said as from outside.
+  if (inField && (logodds >= 0 || open))
     sums.first = logoddsUnits(logodds, fieldWeight);
   else if (shape.speaksOutOfField)
     sums.second = logoddsUnits(logodds, 1.0);
@@ -201,7 +202,9 @@ CellSums HilbertModel::evidenceAt(const ModelShape& shape, const Eigen::Vector3d
   if (!inBox(p, shape.planar)) return {};
   std::optional<float> logodds = logoddsAt(shape, p);
   if (inHitCell) logodds = std::max(logodds.value_or(kHitLogodds), kHitLogodds);
-  return logodds ? evidenceOf(shape, *logodds, inField({p, p, p, p})[0]) : CellSums{};
+  if (!logodds) return {};
+  const DepthView::Seen seenOf = seen({p, p, p, p});
+  return evidenceOf(shape, *logodds, seenOf.inField[0], seenOf.open[0]);
 }
 
 size_t HilbertModel::memoryBytes() const

@@ -93,8 +93,8 @@ struct HilbertModel
         p.x() >= boxLow.x() && p.x() <= boxHigh.x() && p.y() >= boxLow.y() && p.y() <= boxHigh.y();
     return inPlane && (planar || (p.z() >= boxLow.z() && p.z() <= boxHigh.z()));
   }
-  /// Which of four places are in the field of a view.
-  [[nodiscard]] std::array<bool, 4> inField(const std::array<Eigen::Vector3d, 4>& places) const;
+  /// What the views see of four places.
+  [[nodiscard]] DepthView::Seen seen(const std::array<Eigen::Vector3d, 4>& places) const;
 
   /// Log-odds, at least, of a cell in which a ray of the model ended: P(occupied) is 0.73.
   static constexpr float kHitLogodds = 1.0f;
@@ -113,7 +113,7 @@ struct HilbertModel
   [[nodiscard]] std::optional<float> logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p) const;
 
   /// Evidence from log-odds at a place in the box; none where the model does not speak.
-  [[nodiscard]] CellSums evidenceOf(const ModelShape& shape, float logodds, bool inField) const;
+  [[nodiscard]] CellSums evidenceOf(const ModelShape& shape, float logodds, bool inField, bool open) const;
   /// What the model says of a point. @param inHitCell whether one of `hits` lies in the same cell of the map
   [[nodiscard]] CellSums evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p, bool inHitCell) const;
 

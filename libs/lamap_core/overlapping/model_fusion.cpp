@@ -89,11 +89,11 @@ class ModelFusion::Tile
       speaks[i] = (!shape.compact() || logodds[i] != kUnreached) && model.inBox(places[i], shape.planar);
     }
     if (!(speaks[0] || speaks[1] || speaks[2] || speaks[3])) return;
-    const std::array<bool, 4> inField = model.inField(places);
+    const DepthView::Seen seen = model.seen(places);
     for (size_t i = 0; i < 4; ++i)
     {
       if (!speaks[i]) continue;
-      const CellSums sums = model.evidenceOf(shape, logodds[i], inField[i]);
+      const CellSums sums = model.evidenceOf(shape, logodds[i], seen.inField[i], seen.open[i]);
       if (sums.any()) visit(x + static_cast<int>(i), y, z, sums);
     }
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -17,7 +18,8 @@ constexpr double kPi = 3.141592653589793;
 auto fieldsOf(const DepthView::Image& i)
 {
   return std::tie(i.sensor.x(), i.sensor.y(), i.sensor.z(), i.rangeMax_m, i.rules.near_m, i.rules.depth_m,
-                  i.rules.angle_deg, i.planar, i.firstRow, i.firstColumn, i.rows, i.columns, i.depths_m);
+                  i.rules.angle_deg, i.planar, i.firstRow, i.firstColumn, i.rows, i.columns, i.depths_m,
+                  i.open_m);
 }
 
 }  // namespace
@@ -37,6 +39,7 @@ DepthView::DepthView(const Eigen::Vector3d& sensor, double rangeMax_m, const Fie
   image_.rows = allRows_;
   image_.columns = allColumns_;
   image_.depths_m.assign(size_t{allRows_} * allColumns_, 0.0f);
+  image_.open_m = image_.depths_m;
 }
 
 void DepthView::countBins()
@@ -67,8 +70,23 @@ void DepthView::addRay(const Eigen::Vector3d& fromSensor)
   const Bins bins =
       binsOf(Four::Constant(static_cast<float>(ray.x())), Four::Constant(static_cast<float>(ray.y())),
              Four::Constant(static_cast<float>(ray.z())));
-  float& depth = image_.depths_m[size_t{rowOf(bins.rows[0])} * allColumns_ + columnOf(bins.columns[0])];
-  depth = std::max(depth, static_cast<float>(std::sqrt(ray.squaredNorm())));
+  const size_t bin = size_t{rowOf(bins.rows[0])} * allColumns_ + columnOf(bins.columns[0]);
+  const auto length = static_cast<float>(std::sqrt(ray.squaredNorm()));
+  image_.depths_m[bin] = std::max(image_.depths_m[bin], length);
+  float& shortest = image_.open_m[bin];
+  shortest = shortest > 0 ? std::min(shortest, length) : length;
+}
+
+/// Of the bin, the one above and the one below, before the image is cropped.
+float DepthView::shortestAround(uint32_t row, uint32_t column) const
+{
+  float shortest = std::numeric_limits<float>::infinity();
+  for (uint32_t y = row == 0 ? 0 : row - 1; y <= std::min(row + 1, allRows_ - 1); ++y)
+  {
+    const float length = image_.open_m[size_t{y} * allColumns_ + column];
+    if (length > 0) shortest = std::min(shortest, length);
+  }
+  return shortest;
 }
 
 void DepthView::finish()
@@ -93,17 +111,21 @@ void DepthView::finish()
   cut.firstColumn = any ? lowColumn : 0;
   cut.rows = any ? highRow - lowRow + 1 : 0;
   cut.columns = any ? highColumn - lowColumn + 1 : 0;
+  cut.open_m.clear();
   cut.depths_m.reserve(size_t{cut.rows} * cut.columns);
+  cut.open_m.reserve(size_t{cut.rows} * cut.columns);
   for (uint32_t row = 0; row < cut.rows; ++row)
   {
     const float* from = image_.depths_m.data() + size_t{cut.firstRow + row} * allColumns_ + cut.firstColumn;
     cut.depths_m.insert(cut.depths_m.end(), from, from + cut.columns);
+    for (uint32_t column = 0; column < cut.columns; ++column)
+      cut.open_m.push_back(from[column] > 0 ? shortestAround(cut.firstRow + row, cut.firstColumn + column)
+                                            : 0);
   }
   image_ = std::move(cut);
 }
 
-void DepthView::addContained(const std::array<Eigen::Vector3d, 4>& places,
-                             std::array<bool, 4>& contained) const
+void DepthView::addSeen(const std::array<Eigen::Vector3d, 4>& places, Seen& seen) const
 {
   Four x;
   Four y;
@@ -124,13 +146,18 @@ void DepthView::addContained(const std::array<Eigen::Vector3d, 4>& places,
   {
     const auto range = static_cast<double>(ranges[i]);
     if (range > image_.rangeMax_m) continue;
-    bool& inside = contained[static_cast<size_t>(i)];
-    inside = inside || range <= image_.rules.near_m;
+    bool& inField = seen.inField[static_cast<size_t>(i)];
+    bool& open = seen.open[static_cast<size_t>(i)];
+    const bool isNear = range <= image_.rules.near_m;
+    inField = inField || isNear;
+    open = open || isNear;
     const uint32_t row = rowOf(bins.rows[i]) - image_.firstRow;
     const uint32_t column = columnOf(bins.columns[i]) - image_.firstColumn;
-    if (inside || row >= image_.rows || column >= image_.columns) continue;
-    const float depth = image_.depths_m[size_t{row} * image_.columns + column];
-    inside = depth > 0 && range <= static_cast<double>(depth) + image_.rules.depth_m;
+    if (open || row >= image_.rows || column >= image_.columns) continue;
+    const size_t bin = size_t{row} * image_.columns + column;
+    const float depth = image_.depths_m[bin];
+    inField = inField || (depth > 0 && range <= static_cast<double>(depth) + image_.rules.depth_m);
+    open = range <= static_cast<double>(image_.open_m[bin]);
   }
 }
 
@@ -150,10 +177,12 @@ DepthView DepthView::fromImage(Image image)
   if (held.rows > view.allRows_ || held.firstRow > view.allRows_ - held.rows ||
       held.columns > view.allColumns_ || held.firstColumn > view.allColumns_ - held.columns)
     refuse("it is larger than its bins");
-  if (held.depths_m.size() != size_t{held.rows} * held.columns) refuse("its size does not fit its depths");
-  if (!std::all_of(held.depths_m.begin(), held.depths_m.end(),
-                   [](float depth) { return depth >= 0 && std::isfinite(depth); }))
-    refuse("a depth is none");
+  for (const std::vector<float>* depths : {&held.depths_m, &held.open_m})
+    if (depths->size() != size_t{held.rows} * held.columns) refuse("its size does not fit its depths");
+  for (size_t i = 0; i < held.depths_m.size(); ++i)
+    if (!(held.depths_m[i] >= 0 && std::isfinite(held.depths_m[i]) && held.open_m[i] >= 0 &&
+          held.open_m[i] <= held.depths_m[i]))
+      refuse("a depth is none");
   return view;
 }
 

@@ -20,8 +20,10 @@ struct FieldRules
  * angles.
  *
  * A point is in the field if it is within the maximum range, and either within `near_m` of the sensor or not
- * farther from it than the longest ray of its bin plus `depth_m`. In a planar map all elevations are 0. The
- * same on every processor. Immutable once filled: may be shared between threads. */
+ * farther from it than the longest ray of its bin plus `depth_m`. It is open if it is within `near_m`, or not
+ * farther than the shortest ray of its bin and of the bins above and below, the next rings of a lidar. In a
+ * planar map all elevations are 0. The same on every processor. Immutable once filled: may be shared between
+ * threads. */
 class DepthView
 {
  public:
@@ -37,12 +39,18 @@ class DepthView
   /// @param place [m] in the frame of `sensor`.
   [[nodiscard]] bool contains(const Eigen::Vector3d& place) const
   {
-    std::array<bool, 4> contained{};
-    addContained({place, place, place, place}, contained);
-    return contained[0];
+    Seen seen;
+    addSeen({place, place, place, place}, seen);
+    return seen.inField[0];
   }
-  /// Four points at once, which costs no more than one: sets to true those in the field.
-  void addContained(const std::array<Eigen::Vector3d, 4>& places, std::array<bool, 4>& contained) const;
+  /// What a view sees of four points.
+  struct Seen
+  {
+    std::array<bool, 4> inField{};
+    std::array<bool, 4> open{};
+  };
+  /// Four points at once, which costs no more than one: sets to true what holds of them.
+  void addSeen(const std::array<Eigen::Vector3d, 4>& places, Seen& seen) const;
 
   /// The image, for files: depths by row of elevation, then azimuth; 0 in bins without rays.
   struct Image
@@ -56,6 +64,8 @@ class DepthView
     uint32_t rows = 0;
     uint32_t columns = 0;
     std::vector<float> depths_m;
+    std::vector<float>
+        open_m;  ///< shortest ray of a bin and of those above and below; 0 in bins without rays
 
     friend bool operator==(const Image& a, const Image& b);
   };
@@ -65,7 +75,7 @@ class DepthView
 
   [[nodiscard]] size_t memoryBytes() const
   {
-    return sizeof(*this) + image_.depths_m.capacity() * sizeof(float);
+    return sizeof(*this) + (image_.depths_m.capacity() + image_.open_m.capacity()) * sizeof(float);
   }
 
  private:
@@ -76,6 +86,7 @@ class DepthView
     Four columns;
   };
   void countBins();
+  [[nodiscard]] float shortestAround(uint32_t row, uint32_t column) const;
   [[nodiscard]] Bins binsOf(const Four& x, const Four& y, const Four& z) const;
   [[nodiscard]] uint32_t rowOf(float bin) const { return std::min(allRows_ - 1, static_cast<uint32_t>(bin)); }
   [[nodiscard]] uint32_t columnOf(float bin) const

@@ -30,27 +30,47 @@ bool contains(const RayFan& fan, RayEnd meaning)
 OpenSpace::OpenSpace(const RayFan& fan, double rangeMin_m)
 {
   if (!fan.centre.allFinite() || !contains(fan, RayEnd::NoReturn) || !contains(fan, RayEnd::Return)) return;
-  struct Seen
-  {
-    Bin bin;
-    float range_m;
-  };
   std::vector<Seen> seen;
   seen.reserve(fan.rays.size());
-  int lowRow = kAllRows;
-  int highRow = 0;
   for (const Ray& ray : fan.rays)
   {
     const bool hasReturn = ray.meaning == RayEnd::Return;
     const Eigen::Vector3d direction = hasReturn ? Eigen::Vector3d(ray.end - fan.centre) : ray.end;
     if (!isDirection(direction)) continue;
-    const Bin bin = binOf(direction);
     const double range_m = hasReturn ? direction.norm() : 0;
-    seen.push_back({bin, range_m > 0 && range_m >= rangeMin_m ? static_cast<float>(range_m) : kNone});
-    lowRow = std::min(lowRow, bin.row);
-    highRow = std::max(highRow, bin.row);
+    const bool isBound = range_m > 0 && range_m >= rangeMin_m;
+    seen.push_back({binOf(direction), isBound ? static_cast<float>(range_m) : kNone});
   }
+  fill(seen);
+}
+
+OpenSpace OpenSpace::between(const std::vector<Eigen::Vector3d>& ends)
+{
+  std::vector<Seen> seen;
+  seen.reserve(ends.size());
+  for (const Eigen::Vector3d& end : ends)
+    if (isDirection(end)) seen.push_back({binOf(end), static_cast<float>(end.norm())});
+  OpenSpace space;
+  space.fill(seen);
+  for (int row = 0; row < space.rows_; ++row)
+    for (int column = 0; column < kColumns; ++column)
+    {
+      const Bin bin{space.firstRow_ + row, column};
+      space.reaches_m_[space.placeOf(bin)] = space.findReach(bin);
+    }
+  return space;
+}
+
+void OpenSpace::fill(const std::vector<Seen>& seen)
+{
   if (seen.empty()) return;
+  int lowRow = kAllRows;
+  int highRow = 0;
+  for (const Seen& one : seen)
+  {
+    lowRow = std::min(lowRow, one.bin.row);
+    highRow = std::max(highRow, one.bin.row);
+  }
   firstRow_ = lowRow;
   rows_ = highRow - lowRow + 1;
   returns_m_.assign(static_cast<size_t>(rows_) * kColumns, 0);
@@ -95,6 +115,8 @@ bool OpenSpace::hasReturn(const Bin& bin) const
 /// Range of the first return on the way in steps of one bin.
 float OpenSpace::firstReturn(Bin bin, int rowStep, int columnStep) const
 {
+  bin.row =
+      std::clamp(bin.row, firstRow_ - 1, firstRow_ + rows_);  // just outside, from where a step leads in
   int gap = 0;
   for (int i = 1; i < kColumns && gap <= kGap; ++i)
   {
@@ -125,18 +147,26 @@ float OpenSpace::besideIn(Bin bin, int columnStep) const
 
 float OpenSpace::findReach(const Bin& bin) const
 {
-  if (hasReturn(bin)) return returns_m_[placeOf(bin)];
+  if (isInside(bin) && hasReturn(bin)) return returns_m_[placeOf(bin)];
   const float around = std::min({firstReturn(bin, 0, 1), firstReturn(bin, 0, -1), aboveOrBelow(bin)});
   return around < kNone ? around : std::min(besideIn(bin, 1), besideIn(bin, -1));
 }
 
 double OpenSpace::reach_m(const Eigen::Vector3d& direction)
 {
-  if (rows_ == 0) return std::numeric_limits<double>::infinity();
+  if (rows_ == 0) return kNone;
   const Bin bin = binOf(direction);
+  if (!isInside(bin)) return findReach(bin);
   float& reach = reaches_m_[placeOf(bin)];
   if (reach == 0) reach = findReach(bin);
   return reach;
+}
+
+bool OpenSpace::reaches(const Eigen::Vector3d& place) const
+{
+  if (rows_ == 0) return false;
+  const Bin bin = binOf(place);
+  return place.norm() <= static_cast<double>(isInside(bin) ? reaches_m_[placeOf(bin)] : findReach(bin));
 }
 
 }  // namespace lamap

@@ -22,6 +22,14 @@ class OpenSpace
   /// @param rangeMin_m nearer returns do not count: the robot's own body bounds nothing
   OpenSpace(const RayFan& fan, double rangeMin_m);
 
+  /** The same for any direction, bounded by all rays: how far a place between them may be free.
+   * @param ends of the rays, from where they leave; those of no length are left out */
+  static OpenSpace between(const std::vector<Eigen::Vector3d>& ends);
+
+  /// Of between(): whether a place, from where the rays leave, is nearer than the rays that bound it. May be
+  /// called from several threads.
+  [[nodiscard]] bool reaches(const Eigen::Vector3d& place) const;
+
   /// @param direction of a ray of the fan, not zero; its length does not matter
   /// @return range [m] of the nearest return that bounds it; infinite where none does
   [[nodiscard]] double reach_m(const Eigen::Vector3d& direction);
@@ -32,6 +40,14 @@ class OpenSpace
     int row;
     int column;
   };
+  struct Seen
+  {
+    Bin bin;
+    float range_m;  ///< infinite: no return
+  };
+
+  OpenSpace() = default;
+  void fill(const std::vector<Seen>& seen);
   [[nodiscard]] static Bin binOf(const Eigen::Vector3d& direction);
   [[nodiscard]] size_t placeOf(const Bin& bin) const;
   [[nodiscard]] bool isInside(const Bin& bin) const;

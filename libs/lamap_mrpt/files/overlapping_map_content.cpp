@@ -39,9 +39,10 @@ void writeView(const DepthView& view, ByteWriter& out)
   for (const uint32_t number : {image.firstRow, image.firstColumn, image.rows, image.columns})
     out.number(number);
   out.vector(image.depths_m);
+  out.vector(image.open_m);
 }
 
-DepthView readView(ByteReader& in)
+DepthView readView(ByteReader& in, uint8_t version)
 {
   DepthView::Image image;
   image.sensor = readMatrix<Eigen::Vector3d>(in);
@@ -52,6 +53,7 @@ DepthView readView(ByteReader& in)
   for (uint32_t* number : {&image.firstRow, &image.firstColumn, &image.rows, &image.columns})
     *number = in.number<uint32_t>();
   image.depths_m = in.vector<float>();
+  image.open_m = version > 1 ? in.vector<float>() : image.depths_m;
   return DepthView::fromImage(std::move(image));
 }
 
@@ -89,7 +91,7 @@ std::shared_ptr<const HilbertModel> readModel(ByteReader& in, uint8_t version)
   model->bias = in.number<float>();
   model->boxLow = readMatrix<Eigen::Vector3d>(in);
   model->boxHigh = readMatrix<Eigen::Vector3d>(in);
-  readAll(model->views, kPlaceBytes, in, [&] { return readView(in); });
+  readAll(model->views, kPlaceBytes, in, [&] { return readView(in, version); });
   if (version > 1)
     readAll(model->hits, 3 * sizeof(float), in, [&] { return readMatrix<Eigen::Vector3f>(in); });
   model->fieldWeight = in.number<double>();

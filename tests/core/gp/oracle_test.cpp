@@ -137,8 +137,8 @@ TEST(GpMapProperty, CommitteesOfSinglePointsAddUp)
                      }
                      if (hits.count({cell.x, cell.y, cell.z}) > 0)
                      {
-                       precision = std::max(precision, 1 / f + 1 / structure.noiseVariance);
-                       weighted = std::max(weighted, 1 / structure.noiseVariance);
+                       precision = std::max(precision, 1 / f + 3 / structure.noiseVariance);
+                       weighted = std::max(weighted, 3 / structure.noiseVariance);
                      }
                      ASSERT_NEAR(estimate.evidence[0], precision, 2e-6);
                      ASSERT_NEAR(estimate.evidence[1] * precision, weighted, 1e-4);

@@ -55,6 +55,28 @@ TEST(DepthView, TakesTheLongestRayOfABin)
   EXPECT_FALSE(view.contains(towards(-101, -21, 5.4)));
 }
 
+TEST(DepthView, IsOpenAsFarAsTheShortestRayOfABinAndOfThoseAboveAndBelow)
+{
+  DepthView view(Eigen::Vector3d::Zero(), 100.0, {}, false);
+  for (const double range : {7.0, 5.0, 6.0}) view.addRay(towards(31, 11, range));
+  view.addRay(towards(31, 8.5, 3.0));  // in the bin below
+  view.addRay(towards(33.5, 11, 2.0));
+  view.finish();
+  const auto isOpen = [&](double azimuth, double elevation, double range)
+  {
+    const Eigen::Vector3d place = towards(azimuth, elevation, range);
+    DepthView::Seen seen;
+    view.addSeen({place, place, place, place}, seen);
+    return seen.open[0];
+  };
+  EXPECT_TRUE(isOpen(31, 11, 2.99));
+  EXPECT_FALSE(isOpen(31, 11, 3.01));
+  EXPECT_TRUE(isOpen(33.5, 11, 1.99));
+  EXPECT_FALSE(isOpen(33.5, 11, 2.01));
+  EXPECT_TRUE(isOpen(-90, 40, 0.29));  // near the sensor
+  EXPECT_FALSE(isOpen(-90, 40, 0.31));
+}
+
 TEST(DepthView, IsFlatInAPlanarMap)
 {
   DepthView view(Eigen::Vector3d(0, 0, 1), 8.0, {}, true);

@@ -116,6 +116,25 @@ TEST(OpenSpace, PassesReadingsOfWhichNothingIsKnown)
   EXPECT_FLOAT_EQ(reachAt(fan, 0), 4);
 }
 
+TEST(OpenSpace, IsFreeBetweenRaysAsFarAsTheNearerOfThem)
+{
+  // Two rings of a lidar on a floor: between them a place is free as far as the lower one.
+  std::vector<Eigen::Vector3d> ends;
+  for (int azimuth = 0; azimuth < 360; azimuth += 2)
+  {
+    ends.push_back(4 * towards(azimuth, -15));
+    ends.push_back(6 * towards(azimuth, -10));
+  }
+  const OpenSpace space = OpenSpace::between(ends);
+  EXPECT_TRUE(space.reaches(3.9 * towards(40, -12)));
+  EXPECT_FALSE(space.reaches(4.1 * towards(40, -12)));
+  EXPECT_TRUE(space.reaches(5.9 * towards(40, -10)));
+  EXPECT_FALSE(space.reaches(6.1 * towards(41, -10)));
+  EXPECT_TRUE(space.reaches(3.9 * towards(41, -17)));  // below all rings
+  EXPECT_FALSE(space.reaches(4.1 * towards(41, -17)));
+  EXPECT_FALSE(OpenSpace::between({}).reaches({1, 0, 0}));
+}
+
 TEST(OpenSpaceProperty, AgreesWithTheRunsOfALaserWhateverTheOrderOfItsRays)
 {
   for (unsigned seed = 1; seed <= seeds(20); ++seed)
