@@ -15,11 +15,20 @@ namespace
 using Four = Eigen::Array4f;
 constexpr double kPi = 3.141592653589793;
 
+constexpr double kWholeShare = 255;
+
+uint8_t shareOf(float shortest_m, float depth_m)
+{
+  constexpr double kRounding = 1e-3;  // rays that are equally long but for rounding are equally long
+  const double share = static_cast<double>(shortest_m) / static_cast<double>(depth_m) * kWholeShare;
+  return static_cast<uint8_t>(std::min(share + kRounding, kWholeShare));
+}
+
 auto fieldsOf(const DepthView::Image& i)
 {
   return std::tie(i.sensor.x(), i.sensor.y(), i.sensor.z(), i.rangeMax_m, i.rules.near_m, i.rules.depth_m,
                   i.rules.angle_deg, i.planar, i.firstRow, i.firstColumn, i.rows, i.columns, i.depths_m,
-                  i.open_m);
+                  i.openShares);
 }
 
 }  // namespace
@@ -39,7 +48,7 @@ DepthView::DepthView(const Eigen::Vector3d& sensor, double rangeMax_m, const Fie
   image_.rows = allRows_;
   image_.columns = allColumns_;
   image_.depths_m.assign(size_t{allRows_} * allColumns_, 0.0f);
-  image_.open_m = image_.depths_m;
+  shortest_m_ = image_.depths_m;
 }
 
 void DepthView::countBins()
@@ -73,7 +82,7 @@ void DepthView::addRay(const Eigen::Vector3d& fromSensor)
   const size_t bin = size_t{rowOf(bins.rows[0])} * allColumns_ + columnOf(bins.columns[0]);
   const auto length = static_cast<float>(std::sqrt(ray.squaredNorm()));
   image_.depths_m[bin] = std::max(image_.depths_m[bin], length);
-  float& shortest = image_.open_m[bin];
+  float& shortest = shortest_m_[bin];
   shortest = shortest > 0 ? std::min(shortest, length) : length;
 }
 
@@ -83,7 +92,7 @@ float DepthView::shortestAround(uint32_t row, uint32_t column) const
   float shortest = std::numeric_limits<float>::infinity();
   for (uint32_t y = row == 0 ? 0 : row - 1; y <= std::min(row + 1, allRows_ - 1); ++y)
   {
-    const float length = image_.open_m[size_t{y} * allColumns_ + column];
+    const float length = shortest_m_[size_t{y} * allColumns_ + column];
     if (length > 0) shortest = std::min(shortest, length);
   }
   return shortest;
@@ -111,17 +120,19 @@ void DepthView::finish()
   cut.firstColumn = any ? lowColumn : 0;
   cut.rows = any ? highRow - lowRow + 1 : 0;
   cut.columns = any ? highColumn - lowColumn + 1 : 0;
-  cut.open_m.clear();
   cut.depths_m.reserve(size_t{cut.rows} * cut.columns);
-  cut.open_m.reserve(size_t{cut.rows} * cut.columns);
+  cut.openShares.reserve(size_t{cut.rows} * cut.columns);
   for (uint32_t row = 0; row < cut.rows; ++row)
   {
     const float* from = image_.depths_m.data() + size_t{cut.firstRow + row} * allColumns_ + cut.firstColumn;
     cut.depths_m.insert(cut.depths_m.end(), from, from + cut.columns);
     for (uint32_t column = 0; column < cut.columns; ++column)
-      cut.open_m.push_back(from[column] > 0 ? shortestAround(cut.firstRow + row, cut.firstColumn + column)
-                                            : 0);
+      cut.openShares.push_back(
+          from[column] > 0
+              ? shareOf(shortestAround(cut.firstRow + row, cut.firstColumn + column), from[column])
+              : uint8_t{0});
   }
+  shortest_m_ = {};
   image_ = std::move(cut);
 }
 
@@ -157,7 +168,7 @@ void DepthView::addSeen(const std::array<Eigen::Vector3d, 4>& places, Seen& seen
     const size_t bin = size_t{row} * image_.columns + column;
     const float depth = image_.depths_m[bin];
     inField = inField || (depth > 0 && range <= static_cast<double>(depth) + image_.rules.depth_m);
-    open = range <= static_cast<double>(image_.open_m[bin]);
+    open = range * kWholeShare <= static_cast<double>(depth) * image_.openShares[bin];
   }
 }
 
@@ -177,12 +188,12 @@ DepthView DepthView::fromImage(Image image)
   if (held.rows > view.allRows_ || held.firstRow > view.allRows_ - held.rows ||
       held.columns > view.allColumns_ || held.firstColumn > view.allColumns_ - held.columns)
     refuse("it is larger than its bins");
-  for (const std::vector<float>* depths : {&held.depths_m, &held.open_m})
-    if (depths->size() != size_t{held.rows} * held.columns) refuse("its size does not fit its depths");
-  for (size_t i = 0; i < held.depths_m.size(); ++i)
-    if (!(held.depths_m[i] >= 0 && std::isfinite(held.depths_m[i]) && held.open_m[i] >= 0 &&
-          held.open_m[i] <= held.depths_m[i]))
-      refuse("a depth is none");
+  const size_t bins = size_t{held.rows} * held.columns;
+  if (held.depths_m.size() != bins || held.openShares.size() != bins)
+    refuse("its size does not fit its depths");
+  if (!std::all_of(held.depths_m.begin(), held.depths_m.end(),
+                   [](float depth) { return depth >= 0 && std::isfinite(depth); }))
+    refuse("a depth is none");
   return view;
 }
 

@@ -64,8 +64,8 @@ class DepthView
     uint32_t rows = 0;
     uint32_t columns = 0;
     std::vector<float> depths_m;
-    std::vector<float>
-        open_m;  ///< shortest ray of a bin and of those above and below; 0 in bins without rays
+    /// Shortest ray of a bin and of those above and below, as a share of its depth in 1/255, rounded down.
+    std::vector<uint8_t> openShares;
 
     friend bool operator==(const Image& a, const Image& b);
   };
@@ -75,7 +75,7 @@ class DepthView
 
   [[nodiscard]] size_t memoryBytes() const
   {
-    return sizeof(*this) + (image_.depths_m.capacity() + image_.open_m.capacity()) * sizeof(float);
+    return sizeof(*this) + image_.depths_m.capacity() * sizeof(float) + image_.openShares.capacity();
   }
 
  private:
@@ -95,6 +95,7 @@ class DepthView
   }
 
   Image image_;
+  std::vector<float> shortest_m_;  ///< of each bin, until finish()
   uint32_t allRows_ = 0;
   uint32_t allColumns_ = 0;
 };

@@ -13,6 +13,7 @@ constexpr int kColumns = 360;
 constexpr int kAllRows = 180;
 constexpr int kGap = 30;  ///< this many bins without any ray end a run
 constexpr float kNone = std::numeric_limits<float>::infinity();
+constexpr float kUnasked = 0;  ///< of a bin without any ray
 
 bool isDirection(const Eigen::Vector3d& v)
 {
@@ -52,12 +53,6 @@ OpenSpace OpenSpace::between(const std::vector<Eigen::Vector3d>& ends)
     if (isDirection(end)) seen.push_back({binOf(end), static_cast<float>(end.norm())});
   OpenSpace space;
   space.fill(seen);
-  for (int row = 0; row < space.rows_; ++row)
-    for (int column = 0; column < kColumns; ++column)
-    {
-      const Bin bin{space.firstRow_ + row, column};
-      space.reaches_m_[space.placeOf(bin)] = space.findReach(bin);
-    }
   return space;
 }
 
@@ -71,15 +66,75 @@ void OpenSpace::fill(const std::vector<Seen>& seen)
     lowRow = std::min(lowRow, one.bin.row);
     highRow = std::max(highRow, one.bin.row);
   }
-  firstRow_ = lowRow;
-  rows_ = highRow - lowRow + 1;
-  returns_m_.assign(static_cast<size_t>(rows_) * kColumns, 0);
-  reaches_m_ = returns_m_;
+  // An empty row below and one above stand for all directions beyond.
+  firstRow_ = lowRow - 1;
+  rows_ = highRow - lowRow + 3;
+  std::vector<float> returns_m(static_cast<size_t>(rows_) * kColumns, kUnasked);
   for (const Seen& one : seen)
   {
-    float& nearest = returns_m_[placeOf(one.bin)];
-    nearest = nearest == 0 ? one.range_m : std::min(nearest, one.range_m);
+    float& nearest = returns_m[placeOf(one.bin)];
+    nearest = nearest == kUnasked ? one.range_m : std::min(nearest, one.range_m);
   }
+  findReaches(returns_m);
+}
+
+/// In each bin the first return on the way from it, bin by bin against the step.
+std::vector<float> OpenSpace::firstReturns(const std::vector<float>& returns_m, int rowStep,
+                                           int columnStep) const
+{
+  std::vector<float> found_m(returns_m.size(), kNone);
+  const bool alongRows = columnStep != 0;
+  const int lines = alongRows ? rows_ : kColumns;
+  const int count = alongRows ? 2 * kColumns : rows_;  // twice round, so that the way goes on where it began
+  for (int line = 0; line < lines; ++line)
+  {
+    float nearest = kNone;
+    int gap = 0;
+    for (int i = 0; i < count; ++i)
+    {
+      const int forward = alongRows ? i % kColumns : i;
+      const int last = (alongRows ? kColumns : rows_) - 1;
+      const int at = rowStep + columnStep > 0 ? last - forward : forward;
+      const size_t place =
+          static_cast<size_t>(alongRows ? line : at) * kColumns + static_cast<size_t>(alongRows ? at : line);
+      if (gap > kGap) nearest = kNone;
+      found_m[place] = nearest;
+      const float range_m = returns_m[place];
+      if (range_m > kUnasked && range_m < kNone) nearest = range_m;
+      gap = range_m == kUnasked ? gap + 1 : 0;
+    }
+  }
+  return found_m;
+}
+
+void OpenSpace::findReaches(const std::vector<float>& returns_m)
+{
+  const auto least = [](std::vector<float> one, const std::vector<float>& other)
+  {
+    std::transform(one.begin(), one.end(), other.begin(), one.begin(),
+                   [](float a, float b) { return std::min(a, b); });
+    return one;
+  };
+  const std::vector<float> upright = least(firstReturns(returns_m, 1, 0), firstReturns(returns_m, -1, 0));
+  reaches_m_ = least(least(firstReturns(returns_m, 0, 1), firstReturns(returns_m, 0, -1)), upright);
+  for (size_t i = 0; i < reaches_m_.size(); ++i)
+    if (returns_m[i] > kUnasked && returns_m[i] < kNone) reaches_m_[i] = returns_m[i];
+  // Where nothing lies in the bin's row and column: above and below the row, in the first columns beside it.
+  const std::vector<float> around_m = reaches_m_;
+  for (int row = 0; row < rows_; ++row)
+    for (const bool rightwards : {true, false})
+    {
+      float nearest = kNone;
+      for (int i = 0; i < 2 * kColumns; ++i)
+      {
+        const int column = rightwards ? i % kColumns : kColumns - 1 - i % kColumns;
+        const size_t place = static_cast<size_t>(row) * kColumns + static_cast<size_t>(column);
+        if (upright[place] < kNone)
+          nearest = upright[place];
+        else if (i >= kColumns && around_m[place] == kNone)
+          reaches_m_[place] = std::min(reaches_m_[place], nearest);
+      }
+    }
 }
 
 OpenSpace::Bin OpenSpace::binOf(const Eigen::Vector3d& direction)
@@ -98,75 +153,18 @@ OpenSpace::Bin OpenSpace::binOf(const Eigen::Vector3d& direction)
 
 size_t OpenSpace::placeOf(const Bin& bin) const
 {
-  return static_cast<size_t>(bin.row - firstRow_) * kColumns + static_cast<size_t>(bin.column);
+  const int row = std::clamp(bin.row - firstRow_, 0, rows_ - 1);
+  return static_cast<size_t>(row) * kColumns + static_cast<size_t>(bin.column);
 }
 
-bool OpenSpace::isInside(const Bin& bin) const
+double OpenSpace::reach_m(const Eigen::Vector3d& direction) const
 {
-  return bin.row >= firstRow_ && bin.row < firstRow_ + rows_;
-}
-
-bool OpenSpace::hasReturn(const Bin& bin) const
-{
-  const float range_m = returns_m_[placeOf(bin)];
-  return range_m > 0 && range_m < kNone;
-}
-
-/// Range of the first return on the way in steps of one bin.
-float OpenSpace::firstReturn(Bin bin, int rowStep, int columnStep) const
-{
-  bin.row =
-      std::clamp(bin.row, firstRow_ - 1, firstRow_ + rows_);  // just outside, from where a step leads in
-  int gap = 0;
-  for (int i = 1; i < kColumns && gap <= kGap; ++i)
-  {
-    bin = {bin.row + rowStep, (bin.column + columnStep + kColumns) % kColumns};
-    if (!isInside(bin)) break;
-    if (hasReturn(bin)) return returns_m_[placeOf(bin)];
-    gap = returns_m_[placeOf(bin)] == 0 ? gap + 1 : 0;
-  }
-  return kNone;
-}
-
-float OpenSpace::aboveOrBelow(const Bin& bin) const
-{
-  return std::min(firstReturn(bin, 1, 0), firstReturn(bin, -1, 0));
-}
-
-/// The returns above and below the row of a bin, in the first column beside it that has any.
-float OpenSpace::besideIn(Bin bin, int columnStep) const
-{
-  float nearest = kNone;
-  for (int i = 1; i < kColumns && nearest == kNone; ++i)
-  {
-    bin.column = (bin.column + columnStep + kColumns) % kColumns;
-    nearest = aboveOrBelow(bin);
-  }
-  return nearest;
-}
-
-float OpenSpace::findReach(const Bin& bin) const
-{
-  if (isInside(bin) && hasReturn(bin)) return returns_m_[placeOf(bin)];
-  const float around = std::min({firstReturn(bin, 0, 1), firstReturn(bin, 0, -1), aboveOrBelow(bin)});
-  return around < kNone ? around : std::min(besideIn(bin, 1), besideIn(bin, -1));
-}
-
-double OpenSpace::reach_m(const Eigen::Vector3d& direction)
-{
-  if (rows_ == 0) return kNone;
-  const Bin bin = binOf(direction);
-  if (!isInside(bin)) return findReach(bin);
-  float& reach = reaches_m_[placeOf(bin)];
-  if (reach == 0) reach = findReach(bin);
-  return reach;
+  return rows_ == 0 ? kNone : reaches_m_[placeOf(binOf(direction))];
 }
 
 bool OpenSpace::reaches(const Eigen::Vector3d& place) const
 {
-  if (rows_ == 0) return false;
-  const Bin bin = binOf(place);
-  return place.norm() <= static_cast<double>(isInside(bin) ? reaches_m_[placeOf(bin)] : findReach(bin));
+  return rows_ > 0 && place.norm() <= reach_m(place);
 }
 
 }  // namespace lamap

@@ -15,7 +15,8 @@ namespace lamap
  * either side, above and below, by direction in bins of one degree. Where a sensor's field of view ends (at a
  * gap of more than 30 degrees without any ray) a run ends without a return.
  *
- * The order of the rays does not matter. The same on every processor. */
+ * The order of the rays does not matter. The same on every processor. Immutable: may be shared between
+ * threads. */
 class OpenSpace
 {
  public:
@@ -26,13 +27,12 @@ class OpenSpace
    * @param ends of the rays, from where they leave; those of no length are left out */
   static OpenSpace between(const std::vector<Eigen::Vector3d>& ends);
 
-  /// Of between(): whether a place, from where the rays leave, is nearer than the rays that bound it. May be
-  /// called from several threads.
+  /// Of between(): whether a place, from where the rays leave, is nearer than the rays that bound it.
   [[nodiscard]] bool reaches(const Eigen::Vector3d& place) const;
 
   /// @param direction of a ray of the fan, not zero; its length does not matter
   /// @return range [m] of the nearest return that bounds it; infinite where none does
-  [[nodiscard]] double reach_m(const Eigen::Vector3d& direction);
+  [[nodiscard]] double reach_m(const Eigen::Vector3d& direction) const;
 
  private:
   struct Bin
@@ -50,17 +50,13 @@ class OpenSpace
   void fill(const std::vector<Seen>& seen);
   [[nodiscard]] static Bin binOf(const Eigen::Vector3d& direction);
   [[nodiscard]] size_t placeOf(const Bin& bin) const;
-  [[nodiscard]] bool isInside(const Bin& bin) const;
-  [[nodiscard]] bool hasReturn(const Bin& bin) const;
-  [[nodiscard]] float firstReturn(Bin bin, int rowStep, int columnStep) const;
-  [[nodiscard]] float aboveOrBelow(const Bin& bin) const;
-  [[nodiscard]] float besideIn(Bin bin, int columnStep) const;
-  [[nodiscard]] float findReach(const Bin& bin) const;
+  [[nodiscard]] std::vector<float> firstReturns(const std::vector<float>& returns_m, int rowStep,
+                                                int columnStep) const;
+  void findReaches(const std::vector<float>& returns_m);
 
   int firstRow_ = 0;
-  int rows_ = 0;                  ///< 0: no ray of the fan is bounded
-  std::vector<float> returns_m_;  ///< nearest range of a bin; infinite: rays but no return; 0: no ray
-  std::vector<float> reaches_m_;  ///< found already; 0: not yet
+  int rows_ = 0;                  ///< 0: nothing bounds the rays of the fan
+  std::vector<float> reaches_m_;  ///< by row, then by column
 };
 
 }  // namespace lamap

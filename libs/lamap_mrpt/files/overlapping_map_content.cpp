@@ -39,7 +39,7 @@ void writeView(const DepthView& view, ByteWriter& out)
   for (const uint32_t number : {image.firstRow, image.firstColumn, image.rows, image.columns})
     out.number(number);
   out.vector(image.depths_m);
-  out.vector(image.open_m);
+  out.vector(image.openShares);
 }
 
 DepthView readView(ByteReader& in, uint8_t version)
@@ -53,7 +53,8 @@ DepthView readView(ByteReader& in, uint8_t version)
   for (uint32_t* number : {&image.firstRow, &image.firstColumn, &image.rows, &image.columns})
     *number = in.number<uint32_t>();
   image.depths_m = in.vector<float>();
-  image.open_m = version > 1 ? in.vector<float>() : image.depths_m;
+  constexpr uint8_t kAll = 255;  // version 1: as far as the longest ray
+  image.openShares = version > 1 ? in.vector<uint8_t>() : std::vector<uint8_t>(image.depths_m.size(), kAll);
   return DepthView::fromImage(std::move(image));
 }
 
