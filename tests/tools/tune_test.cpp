@@ -126,8 +126,8 @@ TEST_F(Tune, PrequentialScoresAScanByWhatCameBefore)
   EXPECT_NEAR(*report.maps.front().scores.all.brier, sum / count, 1e-12);
 }
 
-// The sensor loses every ray of most scans, to a wall that it sees in the others: a map that takes lost rays for open space
-// predicts lost rays best, and returns worst.
+// The sensor loses every ray of most scans, to a wall that it sees in the others: a map that takes lost rays
+// for open space predicts lost rays best, and returns worst.
 TEST_F(Tune, GoesByTheRaysThatReturnedUnlessToldOtherwise)
 {
   Objects log;
