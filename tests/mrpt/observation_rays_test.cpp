@@ -253,7 +253,7 @@ TEST(RaysOf2DRangeScan, TellsNoReturnFromRejectedAndUnusable)
       {kNaN, true, RayEnd::Dropped},   {0, true, RayEnd::Dropped},     {20, true, RayEnd::NoReturn},
       {1e30F, true, RayEnd::NoReturn}, {inf, true, RayEnd::NoReturn},  {-inf, true, RayEnd::TooNear},
       {-1, true, RayEnd::Dropped},     {7, true, RayEnd::Return},      {20, false, RayEnd::NoReturn},
-      {inf, false, RayEnd::NoReturn},  {-inf, false, RayEnd::TooNear}, {0, false, RayEnd::Dropped},
+      {inf, false, RayEnd::NoReturn},  {-inf, false, RayEnd::TooNear}, {0, false, RayEnd::NoReturn},
       {7, false, RayEnd::Dropped},     {kNaN, false, RayEnd::Dropped}};
   std::vector<float> ranges_m;
   for (const Reading& reading : readings) ranges_m.push_back(reading.range_m);
@@ -800,9 +800,10 @@ TEST(RaysOfRange, EachMeasurementIsAFanFromItsOwnSensorPose)
   expectNear(fans[0].returns[0], inMap({2.5, 0, 0}));
   ASSERT_EQ(fans[1].returns.size(), 1u);
   expectNear(fans[1].returns[0], inMap({1.5, 0, 0}, other));
-  ASSERT_EQ(fans[3].noReturns.size(), 1u);
+  for (const std::size_t noEcho : {2u, 3u}) ASSERT_EQ(fans[noEcho].noReturns.size(), 1u);
+  expectNear(fans[2].noReturns[0], directionInMap({1, 0, 0}));
   expectNear(fans[3].noReturns[0], directionInMap({1, 0, 0}, other));
-  for (const std::size_t unknown : {2u, 4u, 5u})  // 0, negative, NaN
+  for (const std::size_t unknown : {4u, 5u})  // negative, NaN
     EXPECT_EQ(fans[unknown].countOf(lamap::RayEnd::Dropped), 1u) << unknown;
   EXPECT_EQ(fans[6].countOf(lamap::RayEnd::TooNear), 1u);
   EXPECT_EQ(fans[0].statedRangeMin_m, 0.25);

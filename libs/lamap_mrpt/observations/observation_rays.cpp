@@ -44,21 +44,21 @@ Scan scanFrom(const CPose3D& robotPose, const CPose3D& sensorPose, double stated
 }
 
 /// What a range stands for, as drivers write it (REP 117). Ranges that are not stated are 0.
-RayEnd meaningOf(double range_m, const RayFan& fan)
+/// @param zero what a range of 0 is the code for
+RayEnd meaningOf(double range_m, RayEnd zero, const RayFan& fan)
 {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   if (range_m == -kInfinity) return RayEnd::TooNear;
+  if (range_m == 0) return zero;
   if (!(range_m > 0)) return RayEnd::Dropped;  // also NaN
   if (range_m == kInfinity || (fan.statedRangeMax_m > 0 && range_m >= fan.statedRangeMax_m))
     return RayEnd::NoReturn;
   return range_m < fan.statedRangeMin_m ? RayEnd::TooNear : RayEnd::Return;
 }
 
-/// Adds a ray of a measured range. @param isValid whether the observation calls it so
-void addRange(double range_m, bool isValid, const Eigen::Vector3d& direction, RayFan& fan)
+/// Adds a ray that ended at a range, or whatever it means.
+void addRange(double range_m, RayEnd meaning, const Eigen::Vector3d& direction, RayFan& fan)
 {
-  RayEnd meaning = meaningOf(range_m, fan);
-  if (!isValid && meaning == RayEnd::Return) meaning = RayEnd::Dropped;
   if (meaning == RayEnd::Return)
     fan.addReturn(fan.centre + range_m * direction);
   else
@@ -88,7 +88,11 @@ Scan raysOf2DRangeScan(const CObservation2DRangeScan& scan2D, const CPose3D& rob
       direction = sensorFromRobot * (isometryOf(now).linear() * direction);
     }
 
-    addRange(scan2D.getScanRange(i), scan2D.getScanRangeValidity(i), direction, fan);
+    const double range_m = scan2D.getScanRange(i);
+    const bool isValid = scan2D.getScanRangeValidity(i);
+    RayEnd meaning = meaningOf(range_m, isValid ? RayEnd::Dropped : RayEnd::NoReturn, fan);
+    if (!isValid && meaning == RayEnd::Return) meaning = RayEnd::Dropped;
+    addRange(range_m, meaning, direction, fan);
   }
   return scan;
 }
@@ -293,10 +297,8 @@ void addColumns(const CObservationRotatingScan& rotating, const VelodyneCalibrat
         direction << laser.cosVertCorrection * std::cos(azimuth), laser.cosVertCorrection * std::sin(azimuth),
             laser.sinVertCorrection;
       }
-      if (image(row, column) == 0)
-        fan.add(RayEnd::NoReturn, direction);
-      else
-        addRange(image(row, column) * rotating.rangeResolution, true, direction, fan);
+      const double range_m = image(row, column) * rotating.rangeResolution;
+      addRange(range_m, meaningOf(range_m, RayEnd::NoReturn, fan), direction, fan);
     }
   }
 }
@@ -344,7 +346,8 @@ Scan raysOfRange(const CObservationRange& ranges, const CPose3D& robotPose)
     fan.statedRangeMin_m = rangeMin_m;
     fan.statedRangeMax_m = rangeMax_m;
     fan.beam.halfWidth_rad = fan.beam.halfHeight_rad = 0.5 * compat::coneApertureOf(ranges);
-    addRange(measurement.sensedDistance, true, pose.linear().col(0), fan);
+    const double range_m = measurement.sensedDistance;
+    addRange(range_m, meaningOf(range_m, RayEnd::NoReturn, fan), pose.linear().col(0), fan);
   }
   return scan;
 }

@@ -24,14 +24,14 @@ namespace lamap
  * selectRays() selects and counts.
  *
  * What the numbers mean (REP 117): at least the maximum range that the observation states, or +Inf: no return
- * within that range. −Inf, or less than the stated minimum: nearer than can be measured. 0, NaN or negative:
- * dropped, nothing is known. For each class:
+ * within that range. −Inf, or less than the stated minimum: nearer than can be measured. NaN or negative:
+ * dropped, nothing is known. 0 is most classes' code for no return. For each class:
  *
  * - CObservation2DRangeScan. Ray i of n is at −aperture/2 + i·aperture/(n−1), mirrored unless rightToLeft; a
  *   single ray points forward. The sensor pitches by deltaPitch during the scan. An invalid ray has no
- *   return if its range is at least maxRange. Any other invalid ray is dropped, whereas MRPT's grid maps take
- *   it for free: it was measured and rejected (MRPT's exclusion areas and angles mark the robot's own body,
- * or a range below the sensor's minimum), or the pulse was lost (drivers write 0).
+ *   return if its range is at least maxRange, or 0; a valid 0 is dropped. Any other invalid ray was measured
+ *   and rejected (MRPT's exclusion areas and angles mark the robot's own body, or a range below the sensor's
+ *   minimum): it is dropped, whereas MRPT's grid maps take it for free.
  * - CObservation3DRangeScan. The range image through the depth camera's own model, with distortion; the
  * points if there is no image, no calibration, or not one reading in the image. A pixel 0 or a point (0,0,0)
  * is dropped, not free, because a depth camera that finds no match has seen nothing. There are no rays
