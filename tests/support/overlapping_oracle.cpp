@@ -160,10 +160,7 @@ OverlappingOracle::Seen OverlappingOracle::lookAt(const Model& model, const Eige
     // A share of the depth, in 1/255.
     const double share = depth > 0 ? std::min(shortest / depth * 255 + 1e-3, 255.0) : 0;
     if (depth > 0 && share < 255 && std::abs(share - std::round(share)) < 3e-4) doubtful = true;
-    if (structure_.planar)
-      any.open = any.inField;
-    else if (depth > 0 && within(depth * std::floor(share) / 255))
-      any.open = true;
+    if (depth > 0 && within(depth * std::floor(share) / 255)) any.open = true;
   }
   return any;
 }

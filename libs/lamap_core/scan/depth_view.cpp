@@ -168,8 +168,7 @@ void DepthView::addSeen(const std::array<Eigen::Vector3d, 4>& places, Seen& seen
     const size_t bin = size_t{row} * image_.columns + column;
     const float depth = image_.depths_m[bin];
     inField = inField || (depth > 0 && range <= static_cast<double>(depth) + image_.rules.depth_m);
-    open =
-        image_.planar ? inField : range * kWholeShare <= static_cast<double>(depth) * image_.openShares[bin];
+    open = range * kWholeShare <= static_cast<double>(depth) * image_.openShares[bin];
   }
 }
 

@@ -22,8 +22,8 @@ struct FieldRules
  * A point is in the field if it is within the maximum range, and either within `near_m` of the sensor or not
  * farther from it than the longest ray of its bin plus `depth_m`. It is open if it is within `near_m`, or not
  * farther than the shortest ray of its bin and of the bins above and below, the next rings of a lidar. In a
- * planar map all elevations are 0, and the whole field is open. The same on every processor. Immutable once
- * filled: may be shared between threads. */
+ * planar map all elevations are 0. The same on every processor. Immutable once filled: may be shared between
+ * threads. */
 class DepthView
 {
  public:
