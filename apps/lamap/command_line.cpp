@@ -37,16 +37,24 @@ void addMapArgument(CLI::App& command, std::string& map)
 std::vector<CLI::Option*> addChoiceOptions(CLI::App& command, ChoiceArguments& arguments,
                                            tools::ScanChoice& choice)
 {
-  return {command.add_option("--sensors", arguments.sensors,
-                             "Use only these sensors of the logs: their labels, separated by commas"),
+  // An unset variable of a script must not choose the whole log.
+  const CLI::Validator notEmpty([](const std::string& text)
+                                { return text.empty() ? std::string("must not be empty") : std::string(); },
+                                "");
+  return {command
+              .add_option("--sensors", arguments.sensors,
+                          "Use only these sensors of the logs: their labels, separated by commas")
+              ->check(notEmpty),
           command
               .add_option("--every", choice.every,
                           "Use every Nth observation of each sensor, of those that are chosen otherwise")
               ->check(wholeNumber(1, kMostEvery)),
-          command.add_option("--from", arguments.from,
-                             "Use observations from this time on: seconds from the log's first time stamp, "
-                             "seconds since 1970, or a date like 2006-01-21T10:05:07 (UTC)"),
-          command.add_option("--to", arguments.to, "Use observations up to this time")};
+          command
+              .add_option("--from", arguments.from,
+                          "Use observations from this time on: seconds from the log's first time stamp, "
+                          "seconds since 1970, or a date like 2006-01-21T10:05:07 (UTC)")
+              ->check(notEmpty),
+          command.add_option("--to", arguments.to, "Use observations up to this time")->check(notEmpty)};
 }
 
 void prepareChoice(const ChoiceArguments& arguments, tools::ScanChoice& choice)

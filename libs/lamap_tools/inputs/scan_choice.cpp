@@ -95,7 +95,8 @@ int LogTime::compare(Time time, Time firstTime) const
 {
   const int64_t start = isAbsolute_ ? 0 : microsecondsSince1970(firstTime);
   const int64_t difference = microsecondsSince1970(time) - start - microseconds_;
-  return difference < 0 ? -1 : (difference > 0 ? 1 : 0);
+  constexpr int64_t kPrinted = 500;  // half of the milliseconds that `lamap info` prints
+  return difference < -kPrinted ? -1 : (difference > kPrinted ? 1 : 0);
 }
 
 bool LogTime::isLaterThan(const LogTime& other) const
