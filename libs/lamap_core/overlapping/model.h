@@ -112,7 +112,8 @@ struct HilbertModel
   /// Log-odds at a point; nothing where no feature reaches it.
   [[nodiscard]] std::optional<float> logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p) const;
 
-  /// Evidence from log-odds at a place in the box; none where the model does not speak.
+  /// Evidence from log-odds at a place in the box; none where the model does not speak. A place in the field
+  /// that is not open (see DepthView) and that the log-odds call free counts as outside.
   [[nodiscard]] CellSums evidenceOf(const ModelShape& shape, float logodds, bool inField, bool open) const;
   /// What the model says of a point. @param inHitCell whether one of `hits` lies in the same cell of the map
   [[nodiscard]] CellSums evidenceAt(const ModelShape& shape, const Eigen::Vector3d& p, bool inHitCell) const;
