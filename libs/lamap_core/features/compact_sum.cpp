@@ -178,7 +178,6 @@ void SiteBox::reset(const CellIndex& first, const CellIndex& last)
       static_cast<size_t>(stride) * static_cast<size_t>(counts[1]) * static_cast<size_t>(counts[2]);
   weights.assign(size, 0.0f);
   isSite.assign(size, 0);
-  rowHasSite.assign(static_cast<size_t>(counts[1]) * static_cast<size_t>(counts[2]), 0);
   anySite = false;
 }
 

@@ -19,8 +19,7 @@ struct SiteBox
   std::array<int32_t, 3> counts{};
   int32_t stride = 0;  ///< from row to row, at least counts[0] + 16
   std::vector<float> weights;
-  std::vector<uint8_t> isSite;      ///< laid out alike
-  std::vector<uint8_t> rowHasSite;  ///< of each row, by z, then y
+  std::vector<uint8_t> isSite;  ///< laid out alike
   bool anySite = false;
 
   void reset(const CellIndex& first, const CellIndex& last);
@@ -223,7 +222,6 @@ void HilbertLattice<Weight>::copyInto(const CellIndex& first, const CellIndex& l
         const size_t at = box.rowOf(y, corner.z + z) + static_cast<size_t>(x - first.x);
         box.weights[at] = meanOf(block.weights[place]);
         box.isSite[at] = 1;
-        box.rowHasSite[box.rowNumber(y, corner.z + z)] = 1;
         box.anySite = true;
       }
     }
