@@ -2,6 +2,7 @@
 
 #include <mrpt/core/Clock.h>
 #include <mrpt/poses/CPose3D.h>
+#include <mrpt/system/datetime.h>  // INVALID_TIMESTAMP
 
 #include <Eigen/Geometry>
 #include <optional>
