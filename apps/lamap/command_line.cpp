@@ -54,7 +54,11 @@ std::vector<CLI::Option*> addChoiceOptions(CLI::App& command, ChoiceArguments& a
                           "Use observations from this time on: seconds from the log's first time stamp, "
                           "seconds since 1970, or a date like 2006-01-21T10:05:07 (UTC)")
               ->check(notEmpty),
-          command.add_option("--to", arguments.to, "Use observations up to this time")->check(notEmpty)};
+          command
+              .add_option("--to", arguments.to,
+                          "Use observations up to and including this time; a date without a time of day: "
+                          "the whole day")
+              ->check(notEmpty)};
 }
 
 void prepareChoice(const ChoiceArguments& arguments, tools::ScanChoice& choice)

@@ -96,7 +96,9 @@ TEST_F(Choice, TakesSensorsByTheirLabels)
   EXPECT_EQ(chosen(log_, {{"B"}}), "B0 B1 B2 B3");
   EXPECT_EQ(chosen(log_, {{"B", "A"}}), chosen(log_, {}));
   const std::string text = complaint<std::runtime_error>(log_, {{"A", "C"}});
-  EXPECT_NE(text.find("there is no 'C' in " + log_ + "; there are: A, B"), std::string::npos) << text;
+  EXPECT_NE(text.find("there is no 'C' in " + log_ + "; did you mean 'A'? There are: A, B"),
+            std::string::npos)
+      << text;
 }
 
 TEST_F(Choice, AnObservationWithoutALabelGoesByItsClass)
@@ -125,6 +127,48 @@ TEST_F(Choice, TimesCountFromTheFirstTimeStampOrAreAbsolute)
     EXPECT_EQ(chosen(log_, {{"A"}, 1, from, to}), "A1 A2") << from << " to " << to;
   EXPECT_EQ(chosen(log_, {{"A"}, 1, "2001-09-09", "0"}), "A0");
   EXPECT_EQ(chosen(log_, {{"A"}, 1, "3"}), "A3");
+}
+
+// The log begins 80,000 s before midnight.
+TEST_F(Choice, ADateAloneIsTheWholeDay)
+{
+  Objects objects{odometry(at(0), 0, 0, 0)};
+  for (const double seconds : {0, 79999, 80000, 166400}) objects.push_back(labelled("A", seconds));
+  objects.push_back(odometry(at(200000), 1, 0, 0));
+  writeLog(log_, objects);
+  EXPECT_EQ(chosen(log_, {{}, 1, "", "2001-09-09"}), "A0 A79999");
+  EXPECT_EQ(chosen(log_, {{}, 1, "2001-09-10", "2001-09-10"}), "A80000");
+  EXPECT_EQ(chosen(log_, {{}, 1, "2001-09-09T12:00", "2001-09-09"}), "A79999") << "not later than its day";
+  EXPECT_EQ(chosen(log_, {{}, 1, "", "2001-09-10T00:00"}), "A0 A79999 A80000") << "midnight is a moment";
+}
+
+TEST_F(Choice, ScansWithoutATimeStampAreCountedWhereATimeIsAskedFor)
+{
+  auto untimed = labelled("B", 1);
+  untimed->timestamp = INVALID_TIMESTAMP;
+  const std::string path = folder_ / "a.simplemap";
+  const auto write = [&](const std::vector<mrpt::obs::CObservation::Ptr>& scans)
+  {
+    mrpt::maps::CSimpleMap map;
+    map.insert(std::make_shared<mrpt::poses::CPose3DPDFGaussian>(), frame(scans));
+    ASSERT_TRUE(map.saveToFile(path));
+  };
+  write({labelled("A", 0), untimed, untimed, labelled("A", 2)});
+  InputOptions options;
+  options.paths = {path};
+  options.choice = Choosing{{}, 1, "1"}.choice();
+  EXPECT_EQ(
+      readLogInfo(options).choice,
+      "1 of 4 observations chosen by --from 1; --from and --to leave out 2 without a time stamp (B: 2)");
+  options.choice = Choosing{{}, 2}.choice();
+  EXPECT_EQ(readLogInfo(options).choice, "2 of 4 observations chosen by --every 2") << "no time is needed";
+
+  write({untimed, untimed});
+  const std::string text = complaint<std::runtime_error>(path, {{}, 1, "", "5"});
+  EXPECT_NE(text.find("selects none of the 2 observations of " + path +
+                      "; --from and --to leave out 2 without a time stamp (B: 2)"),
+            std::string::npos)
+      << text;
 }
 
 TEST_F(Choice, TheFirstTimeStampIsThatOfTheWholeLog)

@@ -1,3 +1,4 @@
+#include <lamap_core/options/nearest_name.h>
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/scan_choice.h>
@@ -22,8 +23,22 @@ int64_t microsecondsSince1970(Time time)
   return round<microseconds>(time - epoch).count();
 }
 
-/// Microseconds since 1970 of a date with or without a time of day; nothing if the text is none.
-std::optional<int64_t> dateIn(std::string_view text)
+/// A span of time [us since 1970], both ends included.
+struct Span
+{
+  int64_t first_us;
+  int64_t last_us;
+};
+
+/// A time is what is printed of it: `lamap info` prints milliseconds.
+Span spanAround(int64_t time_us)
+{
+  constexpr int64_t kHalfAMillisecond_us = 500;
+  return {time_us - kHalfAMillisecond_us, time_us + kHalfAMillisecond_us};
+}
+
+/// Of a date: the moment if it has a time of day, else the whole day; nothing if the text is none.
+std::optional<Span> dateIn(std::string_view text)
 {
   if (!text.empty() && text.back() == 'Z') text.remove_suffix(1);
   const auto parts = fieldsBetween(text, "T ");
@@ -56,7 +71,18 @@ std::optional<int64_t> dateIn(std::string_view text)
   date.tm_min = minute;
   const std::time_t seconds = timegm(&date);
   if (date.tm_mday != *day) return std::nullopt;  // no 31st in this month
-  return static_cast<int64_t>(seconds) * 1'000'000 + std::llround(second * 1e6);
+  const int64_t begin_us = static_cast<int64_t>(seconds) * 1'000'000;
+  constexpr int64_t kDay_us = int64_t{24} * 3600 * 1'000'000;
+  if (parts.size() == 1) return Span{begin_us, begin_us + kDay_us - 1};
+  return spanAround(begin_us + std::llround(second * 1e6));
+}
+
+/// "A: 3, B: 2".
+std::string countsText(const std::map<std::string, uint64_t>& countOf)
+{
+  std::vector<std::string> counts;
+  for (const auto& [name, count] : countOf) counts.push_back(name + ": " + std::to_string(count));
+  return joined(counts);
 }
 }  // namespace
 
@@ -77,7 +103,8 @@ LogTime::LogTime(const std::string& flag, const std::string& text) : text_(text)
   if (const auto date = dateIn(trimmed(text)))
   {
     isAbsolute_ = true;
-    microseconds_ = *date;
+    first_us_ = date->first_us;
+    last_us_ = date->last_us;
     return;
   }
   constexpr double kFirstAbsolute_s = 1e8;
@@ -88,20 +115,21 @@ LogTime::LogTime(const std::string& flag, const std::string& text) : text_(text)
                      ": must be seconds >= 0 from the log's first time stamp, seconds since 1970, or a date "
                      "like 2006-01-21T10:05:07");
   isAbsolute_ = *seconds >= kFirstAbsolute_s;
-  microseconds_ = std::llround(*seconds * 1e6L);
+  const Span span = spanAround(std::llround(*seconds * 1e6L));
+  first_us_ = span.first_us;
+  last_us_ = span.last_us;
 }
 
 int LogTime::compare(Time time, Time firstTime) const
 {
-  const int64_t start = isAbsolute_ ? 0 : microsecondsSince1970(firstTime);
-  const int64_t difference = microsecondsSince1970(time) - start - microseconds_;
-  constexpr int64_t kPrinted = 500;  // half of the milliseconds that `lamap info` prints
-  return difference < -kPrinted ? -1 : (difference > kPrinted ? 1 : 0);
+  const int64_t start_us = isAbsolute_ ? 0 : microsecondsSince1970(firstTime);
+  const int64_t time_us = microsecondsSince1970(time) - start_us;
+  return time_us < first_us_ ? -1 : (time_us > last_us_ ? 1 : 0);
 }
 
 bool LogTime::isLaterThan(const LogTime& other) const
 {
-  return isAbsolute_ == other.isAbsolute_ && microseconds_ > other.microseconds_;
+  return isAbsolute_ == other.isAbsolute_ && first_us_ > other.last_us_;
 }
 
 std::string ScanChoice::text() const
@@ -125,12 +153,13 @@ void ScanChooser::requireSensors(const std::vector<LogContents>& logs, const std
 {
   std::set<std::string> present;
   for (const LogContents& log : logs) present.insert(log.sensors.begin(), log.sensors.end());
+  const std::vector<std::string> all(present.begin(), present.end());
   for (const std::string& sensor : choice_.sensors)
     if (present.count(sensor) == 0)
       throw std::runtime_error(
-          "--sensors: there is no '" + sensor + "' in " + names + "; there " +
-          (present.empty() ? "are no sensors"
-                           : "are: " + joined(std::vector<std::string>(present.begin(), present.end()))));
+          "--sensors: there is no '" + sensor + "' in " + names +
+          (all.empty() ? "; there are no sensors"
+                       : "; did you mean '" + nearestOf(sensor, all) + "'? There are: " + joined(all)));
 }
 
 bool ScanChooser::takes(const mrpt::obs::CObservation& observation, const LogContents& log)
@@ -145,6 +174,11 @@ bool ScanChooser::takes(const std::string& sensor, std::optional<Time> time, con
   ++asked_;
   const auto& names = choice_.sensors;
   if (!names.empty() && std::find(names.begin(), names.end(), sensor) == names.end()) return false;
+  if (needsTime() && !time)
+  {
+    ++untimedOf_[sensor];
+    return false;
+  }
   if (!isInTime(time, log)) return false;
   if (countOf_[sensor]++ % choice_.every != 0) return false;
   ++taken_;
@@ -153,24 +187,33 @@ bool ScanChooser::takes(const std::string& sensor, std::optional<Time> time, con
 
 bool ScanChooser::isInTime(std::optional<Time> time, const LogContents& log) const
 {
-  if (!choice_.from && !choice_.to) return true;
-  if (!time) return false;
+  if (!needsTime()) return true;
   const Time first = log.firstTime.value_or(*time);
   return !(choice_.from && choice_.from->compare(*time, first) < 0) &&
          !(choice_.to && choice_.to->compare(*time, first) > 0);
+}
+
+std::string ScanChooser::untimedText() const
+{
+  uint64_t untimed = 0;
+  for (const auto& entry : untimedOf_) untimed += entry.second;
+  if (untimed == 0) return "";
+  return "; --from and --to leave out " + std::to_string(untimed) + " without a time stamp (" +
+         countsText(untimedOf_) + ")";
 }
 
 void ScanChooser::requireTaken(const std::string& names) const
 {
   if (asked_ == 0 || taken_ > 0) return;
   throw std::runtime_error(choice_.text() + ": selects none of the " + std::to_string(asked_) +
-                           " observations of " + names + "; `lamap info` shows its sensors and their times");
+                           " observations of " + names + untimedText() +
+                           "; `lamap info` shows its sensors and their times");
 }
 
 std::string ScanChooser::summary() const
 {
   return std::to_string(taken_) + " of " + std::to_string(asked_) + " observations chosen by " +
-         choice_.text();
+         choice_.text() + untimedText();
 }
 
 }  // namespace lamap::tools
