@@ -231,6 +231,7 @@ TEST_F(PcdFolderOfScans, CloudsAboutTheirOwnOriginAreNoticedWhilePosesMove)
 
   options_.cloudFrame = CloudFrame::Sensor;
   EXPECT_FALSE(says(notesOf(wall), "own origin")) << "it was said";
+  EXPECT_TRUE(says(notesOf(roomInMap), "leave out --cloud-frame sensor"));
   options_.cloudFrame = CloudFrame::Map;
   options_.posesPath.clear();
   EXPECT_FALSE(says(notesOf(wall), "own origin")) << "nothing moves";

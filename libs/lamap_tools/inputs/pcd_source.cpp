@@ -291,7 +291,7 @@ std::vector<std::unique_ptr<ScanSource>> openPcdSources(const std::vector<std::s
     else
       takePosesInOrder(poses, options.posesPath, inputs);
   }
-  const auto watch = options.cloudFrame == CloudFrame::Map ? std::make_shared<CloudFrameWatch>() : nullptr;
+  const auto watch = std::make_shared<CloudFrameWatch>(options.cloudFrame);
   std::vector<std::unique_ptr<ScanSource>> sources;
   for (PcdInput& input : inputs)
     sources.push_back(

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <lamap_core/scan/scan.h>
+#include <lamap_tools/inputs/cloud_frame_watch.h>
 #include <lamap_tools/inputs/scan_choice.h>
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/poses/CPose3D.h>
@@ -99,13 +100,6 @@ class ScanSource
   std::shared_ptr<ScanChooser> chooser_;
   std::function<bool()> shouldStop_;
   size_t readItems_ = 0;
-};
-
-/// In which frame the points of PCD files are.
-enum class CloudFrame
-{
-  Map,
-  Sensor  ///< and the pose of the scan turns them into the map's
 };
 
 struct InputOptions
