@@ -1,5 +1,6 @@
 #include <lamap_core/hilbert/map.h>
 
+#include <lamap_core/hilbert/hit_cells.h>
 #include <lamap_core/hilbert/kept_points.h>
 #include <lamap_core/hilbert/model.h>
 #include <lamap_core/hilbert/reached_cells.h>
@@ -37,6 +38,7 @@ struct HilbertMap::Learned
   explicit Learned(const HilbertStructure& structure) : model(MapModel::make(structure)) {}
   Learned(const Learned& other)
       : model(other.model->clone()),
+        hitCells(other.hitCells),
         kept(other.kept),
         lastInference(other.lastInference),
         lastThreads(other.lastThreads),
@@ -46,6 +48,7 @@ struct HilbertMap::Learned
   Learned& operator=(const Learned&) = delete;
 
   std::unique_ptr<MapModel> model;
+  HitCells hitCells;
   // Batch: what the next training is to learn, and how.
   KeptPoints kept;
   HilbertInference lastInference;
@@ -111,6 +114,7 @@ RayCounts HilbertMap::insert(const Scan& scan, const HilbertInference& inference
   }
 
   Learned& learned = *learned_;
+  if (inference.rules().protectHits > 0) learned.hitCells.add(taught, frame->cells.anchor());
   if (structure_.training != HilbertTraining::Batch)
   {
     learned.model->learn(set, *frame, inference, Workers(threads));
@@ -177,11 +181,25 @@ std::optional<PointAtSite> HilbertMap::placeOf(const Eigen::Vector3d& point_map)
   return point;
 }
 
+/// What the cell that holds a point says, if rays ended in it.
+void HilbertMap::raiseAt(const Eigen::Vector3d& point_map, ReachedLogodds& said) const
+{
+  Eigen::Vector3d place = point_map;
+  if (structure_.planar) place.z() = 0;
+  auto cell = cellAt(place, structure_.resolution);
+  if (!cell) return;
+  if (const auto layer = structure_.planarLayer()) cell->z = *layer;
+  learned_->hitCells.raise(*cell, said);
+}
+
 std::optional<double> HilbertMap::logoddsAt(const Eigen::Vector3d& point_map) const
 {
   const MapModel& model = trained();
   const auto point = placeOf(point_map);
-  return point ? logoddsOrNothing(model.at(*point)) : std::nullopt;
+  if (!point) return std::nullopt;
+  ReachedLogodds said = model.at(*point);
+  raiseAt(point_map, said);
+  return logoddsOrNothing(said);
 }
 
 std::optional<double> HilbertMap::logoddsAt(const Eigen::Vector3d& point_map,
@@ -189,8 +207,12 @@ std::optional<double> HilbertMap::logoddsAt(const Eigen::Vector3d& point_map,
 {
   const MapModel& model = trained();
   const auto point = placeOf(point_map);
-  return point ? logoddsOrNothing(model.at(*point, structure_.planar ? inPlane(covariance) : covariance))
-               : std::nullopt;
+  if (!point) return std::nullopt;
+  const Eigen::Matrix3d covered = structure_.planar ? inPlane(covariance) : covariance;
+  ReachedLogodds said = model.at(*point, covered);
+  const double halfCell = 0.5 * structure_.resolution;
+  if (covered.trace() <= halfCell * halfCell) raiseAt(point_map, said);
+  return logoddsOrNothing(said);
 }
 
 std::optional<double> HilbertMap::logoddsOf(const CellIndex& cell) const
@@ -200,7 +222,9 @@ std::optional<double> HilbertMap::logoddsOf(const CellIndex& cell) const
   const auto frame =
       HilbertFrame::atCell(cell, structure_.resolution, structure_.latticeSpacing, structure_.planar);
   if (!frame) return std::nullopt;
-  return logoddsOrNothing(model.at({frame->anchorSite, frame->position({0.5, 0.5, 0.5})}));
+  ReachedLogodds said = model.at({frame->anchorSite, frame->position({0.5, 0.5, 0.5})});
+  learned_->hitCells.raise(cell, said);
+  return logoddsOrNothing(said);
 }
 
 void HilbertMap::logoddsAt(const std::vector<Eigen::Vector3d>& points_map,
@@ -209,7 +233,12 @@ void HilbertMap::logoddsAt(const std::vector<Eigen::Vector3d>& points_map,
   const MapModel& model = trained();
   out.assign(points_map.size(), {});
   for (size_t i = 0; i < points_map.size(); ++i)
-    if (const auto point = placeOf(points_map[i])) out[i] = model.at(*point);
+  {
+    const auto point = placeOf(points_map[i]);
+    if (!point) continue;
+    out[i] = model.at(*point);
+    raiseAt(points_map[i], out[i]);
+  }
 }
 
 void HilbertMap::logoddsOf(const CellIndex& first, const std::array<int, 3>& counts,
@@ -223,6 +252,7 @@ void HilbertMap::logoddsOf(const CellIndex& first, const std::array<int, 3>& cou
   out.assign(points.size(), {});
   if (!frame || (structure_.planar && first.z != *structure_.planarLayer())) return;
   model.atRegular(frame->anchorSite, points, out);
+  learned_->hitCells.raise(first, counts, out);
 }
 
 // ---- Cells
@@ -278,7 +308,7 @@ size_t HilbertMap::trainingPointCount() const
 
 size_t HilbertMap::memoryBytes() const
 {
-  return learned_->model->memoryBytes() + learned_->kept.memoryBytes();
+  return learned_->model->memoryBytes() + learned_->hitCells.memoryBytes() + learned_->kept.memoryBytes();
 }
 
 const HilbertLattice<SitePosterior>& HilbertMap::lattice() const
@@ -290,6 +320,7 @@ HilbertState HilbertMap::state() const
 {
   HilbertState state;
   trained().save(state);
+  learned_->hitCells.save(state);
   learned_->kept.save(state);
   return state;
 }
@@ -301,6 +332,7 @@ void HilbertMap::restore(const HilbertState& state)
   HilbertState::require(
       structure_.training == HilbertTraining::Batch || (state.cells.empty() && state.points.empty()),
       "training points, though its training is not `batch`");
+  learned->hitCells.restore(state, structure_);
   learned->kept.restore(state, structure_);
   learned_ = std::move(learned);
 }

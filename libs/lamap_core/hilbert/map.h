@@ -26,6 +26,9 @@ struct PointAtSite;
  * a scan minimizes Σ w·loss + ½ΣΛⱼ(uⱼ − μⱼ)² from μ and then adds Σ w·p(1 − p)·F² to Λ, Laplace's
  * approximation. Depends on the order of scans by construction.
  *
+ * With training points at the centres of cells, cells in which rays ended do not become free through the
+ * smoothness of features, see HitCells.
+ *
  * Invariants: log-odds are 0 and a cell has no evidence where no feature reaches; for any number of threads
  * and on any processor the same bits; moving all scans by whole cells that are whole sites moves a map of
  * compact features, bit by bit where points are farther than 1e-6 m from the faces of cells.
@@ -67,7 +70,8 @@ class HilbertMap
 
   /// Log-odds at a point [m]; nothing where no feature reaches. The height does not matter in a planar map.
   [[nodiscard]] std::optional<double> logoddsAt(const Eigen::Vector3d& point_map) const;
-  /// Expected log-odds at an uncertain point. @param covariance [m²]
+  /** Expected log-odds at an uncertain point; hits count if its standard deviation, over all axes, is at most
+   * half a cell. @param covariance [m²] */
   [[nodiscard]] std::optional<double> logoddsAt(const Eigen::Vector3d& point_map,
                                                 const Eigen::Matrix3d& covariance) const;
   /// At the centre of a cell.
@@ -115,6 +119,7 @@ class HilbertMap
   struct Sampling;
 
   [[nodiscard]] const MapModel& trained() const;
+  void raiseAt(const Eigen::Vector3d& point_map, ReachedLogodds& said) const;
   [[nodiscard]] std::optional<PointAtSite> placeOf(const Eigen::Vector3d& point_map) const;
 
   HilbertStructure structure_;

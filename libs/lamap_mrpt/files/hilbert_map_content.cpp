@@ -37,6 +37,22 @@ HilbertState::Block readBlock(ByteReader& in)
   return block;
 }
 
+void writeHits(const HilbertState::HitBlock& hits, ByteWriter& out)
+{
+  writeIndex(hits.index, out);
+  out.numbers(hits.bits.data(), hits.bits.size());
+  out.vector(hits.votes);
+}
+
+HilbertState::HitBlock readHits(ByteReader& in)
+{
+  HilbertState::HitBlock hits;
+  hits.index = readIndex<BlockIndex>(in);
+  for (uint64_t& word : hits.bits) word = in.number<uint64_t>();
+  hits.votes = in.vector<uint8_t>();
+  return hits;
+}
+
 void writePoint(const HilbertState::Point& point, ByteWriter& out)
 {
   writeMatrix(point.place, out);
@@ -60,6 +76,7 @@ HilbertState::Point readPoint(ByteReader& in)
 void writeHilbertState(const HilbertState& state, ByteWriter& out)
 {
   writeAll(state.blocks, out, [&](const HilbertState::Block& block) { writeBlock(block, out); });
+  writeAll(state.hits, out, [&](const HilbertState::HitBlock& hits) { writeHits(hits, out); });
   out.number(state.sgdSteps);
   writeAll(state.inducing, out, [&](const Eigen::Vector3d& place) { writeMatrix(place, out); });
   out.vector(state.classifier);
@@ -73,11 +90,14 @@ void writeHilbertState(const HilbertState& state, ByteWriter& out)
   writeAll(state.points, out, [&](const HilbertState::Point& point) { writePoint(point, out); });
 }
 
-HilbertState readHilbertState(ByteReader& in)
+HilbertState readHilbertState(ByteReader& in, uint8_t version)
 {
   HilbertState state;
   readAll(state.blocks, kIndexBytes + sizeof(SiteSet::Bits) + sizeof(uint64_t), in,
           [&] { return readBlock(in); });
+  if (version > 1)
+    readAll(state.hits, kIndexBytes + sizeof(SiteSet::Bits) + sizeof(uint64_t), in,
+            [&] { return readHits(in); });
   state.sgdSteps = in.number<uint64_t>();
   readAll(state.inducing, kPlaceBytes, in, [&] { return readMatrix<Eigen::Vector3d>(in); });
   state.classifier = in.vector<float>();

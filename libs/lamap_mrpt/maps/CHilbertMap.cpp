@@ -22,9 +22,9 @@ void HilbertLearner::write(const HilbertMap& map, ByteWriter& out)
   writeHilbertState(map.state(), out);
 }
 
-void HilbertLearner::read(HilbertMap& map, ByteReader& in, uint8_t /*version*/)
+void HilbertLearner::read(HilbertMap& map, ByteReader& in, uint8_t version)
 {
-  map.restore(readHilbertState(in));
+  map.restore(readHilbertState(in, version));
 }
 
 std::optional<double> CHilbertMap::expectedLogoddsAt(const mrpt::math::TPoint3D& point_map,

@@ -203,6 +203,93 @@ TEST(HilbertMap, EveryKindOfTrainingTellsWallsFromRoom)
   }
 }
 
+/// A laser in a room of 6 m that a thin pole may stand in, at (1.03, 0.04).
+Scan scanWithPole(double y, bool withPole)
+{
+  const Eigen::Vector3d origin(-1.5, y, 0);
+  const Eigen::Vector3d pole(1.03, 0.04, 0);
+  constexpr double kRadius_m = 0.03;
+  Scan scan;
+  scan.fans.emplace_back();
+  scan.fans[0].centre = origin;
+  for (int degrees = -180; degrees < 180; ++degrees)
+    for (const double part : {0.1, 0.6})
+    {
+      const double azimuth = (degrees + part) * M_PI / 180;
+      const Eigen::Vector3d direction(std::cos(azimuth), std::sin(azimuth), 0);
+      double range = 1e9;
+      for (int axis = 0; axis < 2; ++axis)
+        range = std::min(range, ((direction[axis] > 0 ? 3.02 : -3.02) - origin[axis]) / direction[axis]);
+      const double along = (pole - origin).dot(direction);
+      const double aside = (pole - origin - along * direction).norm();
+      if (withPole && along > 0 && aside < kRadius_m)
+        range = along - std::sqrt(kRadius_m * kRadius_m - aside * aside);
+      scan.fans[0].addReturn(origin + range * direction);
+    }
+  return scan;
+}
+
+HilbertMap mapWithPole(const HilbertStructure& structure, HilbertInference inference, int with, int without)
+{
+  inference.maxRange = 10;
+  HilbertMap map(structure);
+  for (int i = 0; i < with + without; ++i)
+    map.insert(scanWithPole(0.1 * (i % 7) - 0.3, i < with), inference, nullptr, 1);
+  return map;
+}
+
+TEST(HilbertMap, APoleThatScansHitIsNotFreeWithOneAndOccupiedWithMore)
+{
+  const Eigen::Vector3d pole(1.005, 0.045, 0);
+  const Eigen::Vector3d inItsCell(1.09, 0.01, 0);
+  const auto cell = cellAt(pole, 0.1);
+  for (HilbertStructure structure : allHilbertStructures())
+  {
+    structure.planar = true;
+    SCOPED_TRACE(nameOf(structure));
+    for (const int scans : {1, 2, 20})
+    {
+      const HilbertMap map = mapWithPole(structure, {}, scans, 0);
+      const float least = scans > 1 ? 1.0f : 0.0f;
+      for (const auto& said : {map.logoddsOf(*cell), map.logoddsAt(pole), map.logoddsAt(inItsCell),
+                               map.logoddsAt(pole, Eigen::Matrix3d::Zero())})
+      {
+        ASSERT_TRUE(said);
+        EXPECT_GE(*said, least) << scans;
+      }
+      std::vector<ReachedLogodds> box;
+      map.logoddsOf({cell->x - 5, cell->y - 9, cell->z}, {7, 12, 1}, box);
+      EXPECT_GE(box[9 * 7 + 5].logodds, least);
+    }
+  }
+  // Without its hits the pole is lost, else the test would say nothing.
+  HilbertStructure planar;
+  planar.planar = true;
+  HilbertState state = mapWithPole(planar, {}, 20, 0).state();
+  state.hits.clear();
+  HilbertMap smooth(planar);
+  smooth.restore(state);
+  EXPECT_LT(*smooth.logoddsAt(pole), 0.5);
+}
+
+TEST(HilbertMap, APoleThatIsGoneBecomesFree)
+{
+  const Eigen::Vector3d pole(1.005, 0.045, 0);
+  HilbertStructure planar;
+  planar.planar = true;
+  EXPECT_GE(*mapWithPole(planar, {}, 6, 4).logoddsAt(pole), 0);
+  EXPECT_LT(*mapWithPole(planar, {}, 6, 20).logoddsAt(pole), -1);
+}
+
+TEST(HilbertMap, HitsAreNoCellsWhereTrainingPointsAreNone)
+{
+  HilbertStructure planar;
+  planar.planar = true;
+  HilbertInference points;
+  points.trainingPoints = HilbertPoints::Points;
+  EXPECT_TRUE(mapWithPole(planar, points, 3, 0).state().hits.empty());
+}
+
 TEST(HilbertMapProperty, StateSurvivesARoundTripAndLearningGoesOnAsIfThereHadBeenNone)
 {
   for (HilbertStructure structure : allHilbertStructures())
@@ -256,6 +343,10 @@ TEST(HilbertMap, RefusesStatesThatAreNone)
   refused([](HilbertState& s) { s.blocks[0].weights[0].precision = -1; });
   refused([](HilbertState& s) { s.blocks.push_back(s.blocks[0]); });
   refused([](HilbertState& s) { s.blocks[0].index.x = std::numeric_limits<int32_t>::max(); });
+  refused([](HilbertState& s) { s.hits[0].votes.pop_back(); });
+  refused([](HilbertState& s) { s.hits[0].votes[0] = 0; });
+  refused([](HilbertState& s) { s.hits[0] = {s.hits[0].index, {}, {}}; });
+  refused([](HilbertState& s) { s.hits.push_back(s.hits[0]); });
   refused([](HilbertState& s) { s.inducing.push_back({0, 0, 0}); });
   refused([](HilbertState& s) { s.classifier = {1, 2}; });
   refused([](HilbertState& s) { s.cells.push_back({{0, 0, 0}, 1, 0}); });
@@ -264,6 +355,15 @@ TEST(HilbertMap, RefusesStatesThatAreNone)
   refused([](HilbertState& s) { s.cells = {{{0, 0, 0}, 1, 0}, {{0, 0, 0}, 1, 0}}; }, batch);
   refused([](HilbertState& s) { s.points.emplace_back().weight = std::nanf(""); }, batch);
   refused([](HilbertState& s) { s.points.emplace_back().place = {1e300, 0, 0}; }, batch);
+  HilbertStructure planar;
+  planar.planar = true;
+  refused(
+      [](HilbertState& s)
+      {
+        s.blocks.clear();
+        s.hits = {{{0, 0, 0}, {0, 1}, {2}}};
+      },
+      planar);
   HilbertStructure fine = batch;  // its sites cannot be counted as far as cells
   fine.latticeSpacing = 0.04;
   fine.gamma = 400;
@@ -272,6 +372,13 @@ TEST(HilbertMap, RefusesStatesThatAreNone)
       {
         s.blocks.clear();
         s.cells = {{{std::numeric_limits<int32_t>::max(), 0, 0}, 1, 0}};
+      },
+      fine);
+  refused(
+      [](HilbertState& s)
+      {
+        s.blocks.clear();
+        s.hits = {{{std::numeric_limits<int32_t>::max() / 8, 0, 0}, {1}, {2}}};
       },
       fine);
   HilbertStructure nystroem = batch;
@@ -297,7 +404,18 @@ std::string differenceAfterMove(const HilbertMap& here, const HilbertMap& there,
       if (!(*moved == block->weights[block->placeOf(offset)])) return "weights";
     }
   }
-  return "";
+  const double cellsASite = here.structure().latticeSpacing / here.structure().resolution;
+  const auto cells = [&](int32_t sites) { return static_cast<int32_t>(std::lround(sites * cellsASite)); };
+  std::string difference;
+  for (const HilbertState::HitBlock& block : here.state().hits)
+    SiteBits::forEach(block.bits, block.index,
+                      [&](const CellIndex& cell)
+                      {
+                        const auto moved = there.logoddsOf(
+                            {cell.x + cells(by.x), cell.y + cells(by.y), cell.z + cells(by.z)});
+                        if (moved != here.logoddsOf(cell)) difference = "log-odds of a hit";
+                      });
+  return difference;
 }
 
 TEST(HilbertMapProperty, WholeCellsThatAreWholeSitesMoveTheMapBitByBit)
