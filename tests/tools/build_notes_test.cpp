@@ -6,6 +6,7 @@
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CObservationPointCloud.h>
+#include <mrpt/obs/CObservationRange.h>
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 
 #include <cmath>
@@ -82,6 +83,13 @@ class Notes : public testing::Test
     return report.notes;
   }
 
+  static std::vector<std::string> infoNotesOf(const std::string& path)
+  {
+    InputOptions options;
+    options.paths = {path};
+    return readLogInfo(options).notes;
+  }
+
   TemporaryFolder folder_;
 };
 
@@ -100,9 +108,109 @@ TEST_F(Notes, OdometryDriftsIsSaidOnceForABuild)
   for (const std::string part : {"a.rawlog", "drifts", "icp-slam", "rbpf-slam", ".simplemap", "MOLA",
                                  "log_estimated_path.txt", "--poses"})
     EXPECT_TRUE(contains(notes[0], part)) << part << " in: " << notes[0];
-  InputOptions info;
-  info.paths = {folder_ / "a.rawlog"};
-  EXPECT_EQ(readLogInfo(info).notes, notes);
+  EXPECT_TRUE(contains(notes[0], "The same holds for " + folder_ / "b.rawlog")) << notes[0];
+  EXPECT_EQ(infoNotesOf(folder_ / "a.rawlog"), notesOf({folder_ / "a.rawlog"}));
+}
+
+// The first log has nothing to tell: neither its poses drift nor has its scan a shell.
+TEST_F(Notes, NameTheLogThatTheyAreAbout)
+{
+  writeLog(folder_ / "still.rawlog",
+           {odometry(at(0), 0, 0, 0), cloud(at(0), 3, varied), odometry(at(2), 0, 0, 0)});
+  for (const std::string name : {"moved.rawlog", "again.rawlog"})
+    writeLog(folder_ / name, {odometry(at(0), 0, 0, 0), cloud(at(0), 3, withShell),
+                              cloud(at(2), 3, withShell), odometry(at(2), 3, 0, 0)});
+  const auto notes = notesOf({folder_ / "still.rawlog", folder_ / "moved.rawlog", folder_ / "again.rawlog"},
+                             {"creationOpts.planar=true"});
+  ASSERT_EQ(notes.size(), 3U);
+  EXPECT_EQ(notes[0].find(folder_ / "moved.rawlog" + ": its poses"), 0U) << notes[0];
+  EXPECT_EQ(notes[1].find(folder_ / "still.rawlog" + ": LIDAR: its scans are 2.7 m high"), 0U) << notes[1];
+  EXPECT_TRUE(contains(notes[1], "The same holds for LIDAR in " + folder_ / "moved.rawlog" + ", LIDAR in " +
+                                     folder_ / "again.rawlog"))
+      << notes[1];
+  EXPECT_EQ(notes[2].find(folder_ / "moved.rawlog" + ": LIDAR: many returns"), 0U) << notes[2];
+}
+
+TEST_F(Notes, OnWhatWasChosenNameAllInputsThatItWasChosenFrom)
+{
+  std::vector<std::string> paths;
+  for (const std::string name : {"a", "b", "c", "d"})
+  {
+    paths.push_back(folder_ / (name + ".rawlog"));
+    writeLog(paths.back(), {laser(at(0))});
+  }
+  BuildOptions options;
+  options.inputs.paths = paths;
+  options.inputs.choice.every = 2;
+  options.map.mapName = "bgkMap";
+  options.outPath = folder_ / "a.lamap.gz";
+  const BuildReport report = buildMap(options);
+  EXPECT_EQ(report.notes, std::vector<std::string>{paths[0] + ", " + paths[1] + ", " + paths[2] +
+                                                   " and 1 more: 2 of 4 observations chosen by --every 2"});
+  for (const InputReport& input : report.inputs) EXPECT_EQ(input.notes.size(), 1U) << "on its poses";
+}
+
+/// A laser that sees nothing. @param returns  but in its first rays
+mrpt::obs::CObservation2DRangeScan::Ptr blinded(double seconds, size_t returns = 0)
+{
+  auto scan = laser(at(seconds));
+  scan->sensorLabel = "BLIND";
+  scan->resizeScan(40);
+  for (size_t i = 0; i < 40; ++i)
+  {
+    scan->setScanRange(i, i < returns ? 3 : 25);
+    scan->setScanRangeValidity(i, i < returns);
+  }
+  return scan;
+}
+
+TEST_F(Notes, ScansWithoutAReturnThatMadeFreeSpaceAreCounted)
+{
+  const std::string log = folder_ / "a.rawlog";
+  const auto write = [&](const Objects& scans)
+  {
+    Objects objects{odometry(at(0), 0, 0, 0)};
+    objects.insert(objects.end(), scans.begin(), scans.end());
+    objects.push_back(odometry(at(9), 0, 0, 0));
+    writeLog(log, objects);
+  };
+  // Of 40 rays, 4 returns are a tenth, and 5 are more.
+  write({blinded(0), laser(at(1)), blinded(2), blinded(3, 4), blinded(4, 5)});
+  const auto notes = notesOf({log});
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(
+      notes[0],
+      log +
+          ": BLIND: of 4 scans, 2 hold no return at all, and 1 hold one for at most every tenth ray. They "
+          "make free space; if the sensor was blinded or dead, leave that out: -s "
+          "insertOpts.considerInvalidRangesAsFreeSpace=false, or --sensors without it");
+  EXPECT_EQ(infoNotesOf(log), notes);
+  EXPECT_TRUE(notesOf({log}, {"insertOpts.considerInvalidRangesAsFreeSpace=false"}).empty());
+  write({blinded(0), blinded(1)});
+  ASSERT_EQ(notesOf({log}).size(), 1U);
+  EXPECT_FALSE(contains(notesOf({log})[0], "--sensors")) << "there is no other sensor";
+  write({blinded(0, 5), laser(at(1))});
+  EXPECT_TRUE(notesOf({log}).empty());
+}
+
+TEST_F(Notes, PingsWithoutAnEchoAreScansWithoutAReturn)
+{
+  Objects objects{odometry(at(0), 0, 0, 0)};
+  for (const float range_m : {2.0F, 5.0F, 5.0F, 3.0F})
+  {
+    auto ping = mrpt::obs::CObservationRange::Create();
+    ping->timestamp = at(static_cast<double>(objects.size()));
+    ping->sensorLabel = "SONAR";
+    ping->maxSensorDistance = 5;
+    ping->sensedData.emplace_back();
+    ping->sensedData[0].sensedDistance = range_m;
+    objects.push_back(ping);
+  }
+  objects.push_back(odometry(at(9), 0, 0, 0));
+  writeLog(folder_ / "a.rawlog", objects);
+  const auto notes = notesOf({folder_ / "a.rawlog"});
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_TRUE(contains(notes[0], "SONAR: of 4 scans, 2 hold no return at all.")) << notes[0];
 }
 
 TEST_F(Notes, NothingIsSaidOfPosesThatDoNotDrift)
@@ -168,7 +276,31 @@ TEST_F(Notes, PhantomShellsAreNamedUnlessSomethingLimitsTheRange)
   InputOptions info;
   info.paths = {simpleMapOf(cloud(at(0), 3, withShell))};
   EXPECT_EQ(readLogInfo(info).sensors.at(0).phantomShells, 1U);
-  EXPECT_EQ(readLogInfo(info).notes.size(), 1U);
+  EXPECT_EQ(readLogInfo(info).notes, notesOf({log}));
+}
+
+// Two of four scans have a shell at 12 m, and one each at 9.5 and at 30 m.
+TEST_F(Notes, OfSeveralPhantomShellsTheNearestThatIsNoChanceIsNamed)
+{
+  const auto shellAt = [](double range_m)
+  { return [range_m](int i) { return i % 4 == 0 ? range_m : varied(i); }; };
+  mrpt::maps::CSimpleMap map;
+  const auto add = [&](double range_m)
+  {
+    map.insert(std::make_shared<mrpt::poses::CPose3DPDFGaussian>(),
+               frame({cloud(at(static_cast<double>(map.size())), 3, shellAt(range_m))}));
+    return folder_ / "a.simplemap";
+  };
+  for (const double range_m : {12.0, 30.0, 12.0, 9.5}) (void)add(range_m);
+  ASSERT_TRUE(map.saveToFile(folder_ / "a.simplemap"));
+  const auto notes = notesOf({folder_ / "a.simplemap"});
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_TRUE(contains(notes[0], "9.50 m")) << "in a quarter of the scans: " << notes[0];
+  EXPECT_EQ(infoNotesOf(folder_ / "a.simplemap"), notes);
+  (void)add(12);
+  ASSERT_TRUE(map.saveToFile(folder_ / "a.simplemap"));
+  EXPECT_TRUE(contains(notesOf({folder_ / "a.simplemap"})[0], "12.00 m")) << "in less than a quarter";
+  EXPECT_EQ(infoNotesOf(folder_ / "a.simplemap"), notesOf({folder_ / "a.simplemap"}));
 }
 
 TEST_F(Notes, ABagFileIsRefusedWithTheToolThatConvertsIt)

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <lamap_tools/commands/log_info.h>
+#include <lamap_tools/commands/map_build.h>
 #include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/obs/CObservationIMU.h>
 #include <mrpt/poses/CPose3DPDFGaussian.h>
@@ -7,6 +8,7 @@
 #include <filesystem>
 #include <limits>
 #include <sstream>
+#include <stdexcept>
 
 #include "support/small_logs.h"
 #include "support/temporary_folder.h"
@@ -145,6 +147,65 @@ TEST(LogInfo, DescribesSimpleMapsAndFoldersOfClouds)
   EXPECT_NEAR(clouds.sensors[0].look.ranges->longest_m, 5, 1e-6);
   EXPECT_FALSE(clouds.time);
   EXPECT_EQ(logInfoJson(clouds)["firstTime"], nullptr);
+}
+
+// Points at the sensor are how drivers of 3D lidars write missing returns.
+TEST(LogInfo, CountsPointsOnTheSensorAsABuildDoes)
+{
+  const TemporaryFolder folder;
+  folder.write(
+      "1.pcd",
+      "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 4\nHEIGHT 1\nVIEWPOINT 1 0 0 1 0 0 0\n"
+      "POINTS 4\nDATA ascii\n4 0 0\n1 0 0\n1 0 0\n1 5 0\n");
+  const LogInfo info = infoOf(folder / "1.pcd");
+  ASSERT_EQ(info.sensors.size(), 1U);
+  EXPECT_EQ(info.sensors[0].look.count(RayEnd::Return), 2U);
+  EXPECT_EQ(info.sensors[0].look.count(RayEnd::TooNear), 2U);
+  EXPECT_NEAR(info.sensors[0].look.ranges->shortest_m, 3, 1e-6);
+
+  BuildOptions build;
+  build.inputs.paths = {folder / "1.pcd"};
+  build.map.mapName = "bgkMap";
+  build.outPath = folder / "a.lamap.gz";
+  const BuildReport report = buildMap(build);
+  EXPECT_EQ(report.rays.hits, 2U);
+  EXPECT_EQ(report.rays.tooNear, 2U);
+
+  folder.write(
+      "2.pcd",
+      "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 1\nHEIGHT 1\nVIEWPOINT 1 0 0 1 0 0 0\n"
+      "POINTS 1\nDATA ascii\n1 0 0\n");
+  EXPECT_EQ(infoOf(folder / "2.pcd").build.usedCount(), 0U) << "a build refuses it, too";
+}
+
+TEST(LogInfo, RefusesPosesOfAnotherTime)
+{
+  const TemporaryFolder folder;
+  const TemporaryFolder poses;
+  writeLog(folder / "a.rawlog", {laser(at(0)), laser(at(1))});
+  InputOptions options;
+  options.paths = {folder / "a.rawlog"};
+  options.posesPath = poses.write("p.tum", "5 0 0 0 0 0 0 1\n6 1 0 0 0 0 0 1\n");
+  try
+  {
+    (void)readLogInfo(options);
+    FAIL() << "accepted";
+  }
+  catch (const std::runtime_error& error)
+  {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("none of its 2 observations, at 1000000000.000 to 1000000001.000 s since 1970, lies "
+                        "within the time of the poses, 5.000 to 6.000 s"),
+              std::string::npos)
+        << text;
+  }
+  // The log's own poses are as they are: what is there is described.
+  writeLog(folder / "a.rawlog",
+           {odometry(at(5), 0, 0, 0), laser(at(0)), laser(at(1)), odometry(at(6), 0, 0, 0)});
+  options.posesPath.clear();
+  const LogInfo info = readLogInfo(options);
+  EXPECT_EQ(info.sensors.at(0).scans, 2U);
+  EXPECT_NE(textOf(info).find("none of its 2 observations"), std::string::npos) << textOf(info);
 }
 
 // 225 scans of 361 rays, on a path of 76 m.

@@ -58,7 +58,7 @@ std::string chosen(const std::string& path, const Choosing& choosing)
   options.choice = choosing.choice();
   std::string all;
   (void)visitScans(openInputs(options), options.shouldStop, nullptr,
-                   [&](const ScanItem& item)
+                   [&](const ScanItem& item, const ScanSource& /*source*/)
                    {
                      const auto& scan = *std::get<ObservedScan>(item).observation;
                      const double seconds = mrpt::Clock::toDouble(scan.timestamp) - 1e9;
@@ -234,7 +234,7 @@ TEST_F(Choice, CountsThroughAllInputs)
   options.choice.every = 2;
   std::vector<double> origins;
   (void)visitScans(openInputs(options), options.shouldStop, nullptr,
-                   [&](const ScanItem& item)
+                   [&](const ScanItem& item, const ScanSource& /*source*/)
                    { origins.push_back(std::get<PointScan>(item).scan.fans.at(0).centre.x()); });
   EXPECT_EQ(origins, (std::vector<double>{0, 2, 4}));
 }

@@ -1,5 +1,6 @@
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_tools/commands/build_notes.h>
+#include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/inputs/scan_look.h>
 #include <lamap_tools/scores/held_out_cells.h>
 #include <mrpt/core/format.h>
@@ -66,6 +67,13 @@ bool areCrowded(const std::vector<Eigen::Vector3d>& points, double resolution_m)
   return 2 * inFullest > points.size();
 }
 
+/// What became of the rays that were inserted; nothing for a map that does not count them.
+RayCounts rayCountsOf(const CMetricMap& map)
+{
+  const auto* learned = dynamic_cast<const CLearnedMap*>(&map);
+  return learned != nullptr ? learned->rayCounts() : RayCounts();
+}
+
 /// A length of one digit that is not longer.
 double roundedDown(double length_m)
 {
@@ -83,37 +91,67 @@ std::string odometryNote(const std::string& path)
          "trajectory with --poses, e.g. MOLA's (TUM format) or icp-slam's log_estimated_path.txt";
 }
 
-std::string phantomShellNote(const std::string& sensor, double range_m)
+std::string phantomShellNote(const std::string& path, const std::string& sensor, double range_m)
 {
-  return sensor + mrpt::format(
-                      ": many returns of a scan lie at the same longest range, %.2f m, and neither "
-                      "the log nor the map limits it. If the sensor writes so what it does not "
-                      "see, they make a phantom shell; below it, insertOpts.maxRange leaves only "
-                      "free space there: -s insertOpts.maxRange=%.3g",
-                      range_m, 0.99 * range_m);
+  return path + ": " + sensor +
+         mrpt::format(
+             ": many returns of a scan lie at the same longest range, %.2f m, and neither "
+             "the log nor the map limits it. If the sensor writes so what it does not "
+             "see, they make a phantom shell; below it, insertOpts.maxRange leaves only "
+             "free space there: -s insertOpts.maxRange=%.3g",
+             range_m, 0.99 * range_m);
 }
 
-void BuildNotes::look(const ScanItem& item)
+std::optional<std::string> emptyScansNote(const std::string& path, const std::string& sensor,
+                                          const EmptyScans& scans, bool isAlone)
 {
+  if (scans.empty + scans.nearlyEmpty == 0) return std::nullopt;
+  std::string note = path + ": " + sensor +
+                     mrpt::format(": of %zu scans, %zu hold no return at all", scans.scans, scans.empty);
+  if (scans.nearlyEmpty > 0)
+    note += mrpt::format(", and %zu hold one for at most every tenth ray", scans.nearlyEmpty);
+  return note +
+         ". They make free space; if the sensor was blinded or dead, leave that out: "
+         "-s insertOpts.considerInvalidRangesAsFreeSpace=false" +
+         (isAlone ? "" : ", or --sensors without it");
+}
+
+BuildNotes::Log& BuildNotes::logOf(const ScanSource& source)
+{
+  if (logs_.empty() || logs_.back().source != &source) logs_.push_back({&source});
+  return logs_.back();
+}
+
+void BuildNotes::look(const ScanItem& item, const ScanSource& source)
+{
+  lookedAt_ = nullptr;
+  if (std::holds_alternative<LeftOutScan>(item)) return;
+  Log& log = logOf(source);
   std::string name;
-  Eigen::Vector3d position_map;
   if (const auto* observed = std::get_if<ObservedScan>(&item))
   {
     name = sensorNameOf(*observed->observation);
     const auto& pose = observed->robotPose_map;
-    position_map = {pose.x(), pose.y(), pose.z()};
-    if (!firstPosition_map_) firstPosition_map_ = position_map;
-    farthestFromFirst_m_ = std::max(farthestFromFirst_m_, (position_map - *firstPosition_map_).norm());
+    const Eigen::Vector3d position_map(pose.x(), pose.y(), pose.z());
+    if (!log.firstPosition_map) log.firstPosition_map = position_map;
+    log.farthestFromFirst_m =
+        std::max(log.farthestFromFirst_m, (position_map - *log.firstPosition_map).norm());
   }
-  else if (const auto* points = std::get_if<PointScan>(&item))
-    name = points->kind;
   else
-    return;
-  constexpr size_t kFirst = 10;
-  constexpr size_t kEvery = 20;
-  Sensor& sensor = sensors_[name];
-  const size_t number = sensor.scans++;
-  if (number < kFirst || number % kEvery == 0) lookClosely(item, sensor);
+    name = std::get<PointScan>(item).kind;
+  Sensor& sensor = log.sensors[name];
+  if (isWorthALook(sensor.scans++)) lookClosely(item, sensor);
+  lookedAt_ = &sensor;
+  before_ = rayCountsOf(map_);
+}
+
+void BuildNotes::inserted()
+{
+  if (lookedAt_ == nullptr) return;
+  const RayCounts now = rayCountsOf(map_);
+  const size_t missing = now.noReturn - before_.noReturn;
+  const size_t freeOnly = now.freeOnly - before_.freeOnly;
+  lookedAt_->emptyScans.add(now.hits - before_.hits + freeOnly - missing, missing);
 }
 
 void BuildNotes::lookClosely(const ScanItem& item, Sensor& sensor) const
@@ -124,75 +162,99 @@ void BuildNotes::lookClosely(const ScanItem& item, Sensor& sensor) const
   if (!seen.ranges) return;
   ++sensor.lookedAt;
   sensor.longest_m = std::max(sensor.longest_m, seen.ranges->longest_m);
-  const double maxRange_m = maxRangeOf(map_);
-  const bool isCut = maxRange_m > 0 && maxRange_m < seen.ranges->longest_m;
-  if (seen.hasPhantomShell() && !isCut)
-  {
-    ++sensor.phantomShells;
-    sensor.shell_m = seen.ranges->longest_m;
-  }
+  sensor.shells.add(seen);
   const std::vector<Eigen::Vector3d> points_map = returnsOf(*scan);
   sensor.height_m = std::max(sensor.height_m, heightOf(points_map));
   if (const auto resolution_m = resolutionOf(map_); resolution_m && areCrowded(points_map, *resolution_m))
     ++sensor.crowded;
 }
 
-std::vector<std::string> BuildNotes::notes(const std::vector<std::unique_ptr<ScanSource>>& sources) const
+std::vector<std::string> BuildNotes::notes() const
 {
+  const auto emptyNote = [](const std::string& name, const Sensor& sensor, const Log& log)
+  { return emptyScansNote(log.source->path(), name, sensor.emptyScans, log.sensors.size() == 1); };
+  const auto bind = [this](auto method)
+  {
+    return firstOf([this, method](const std::string& name, const Sensor& sensor, const Log& log)
+                   { return (this->*method)(name, sensor, log); });
+  };
   std::vector<std::string> notes;
-  const auto odometry = std::find_if(sources.begin(), sources.end(),
-                                     [](const auto& source) { return source->posesAreOdometry(); });
-  // A robot that hardly moved has not drifted.
-  const double least_m = resolutionOf(map_).value_or(0);
-  if (odometry != sources.end() && farthestFromFirst_m_ > least_m)
-    notes.push_back(odometryNote((*odometry)->path()));
-  for (const auto& note : {planarNote(), coarseNote(), shellNote()})
+  for (const auto& note : {odometryNotes(), bind(&BuildNotes::planarNote), bind(&BuildNotes::coarseNote),
+                           bind(&BuildNotes::shellNote), firstOf(emptyNote)})
     if (note) notes.push_back(*note);
   return notes;
 }
 
-std::optional<std::string> BuildNotes::planarNote() const
+std::optional<std::string> BuildNotes::odometryNotes() const
+{
+  // A robot that hardly moved has not drifted.
+  const double least_m = resolutionOf(map_).value_or(0);
+  std::vector<std::string> paths;
+  for (const Log& log : logs_)
+    if (log.source->posesAreOdometry() && log.farthestFromFirst_m > least_m)
+      paths.push_back(log.source->path());
+  if (paths.empty()) return std::nullopt;
+  const std::vector<std::string> others(paths.begin() + 1, paths.end());
+  return odometryNote(paths.front()) + (others.empty() ? "" : ". The same holds for " + firstFewOf(others));
+}
+
+std::optional<std::string> BuildNotes::firstOf(const NoteOnSensor& noteOn) const
+{
+  std::optional<std::string> first;
+  std::vector<std::string> others;
+  for (const Log& log : logs_)
+    for (const auto& [name, sensor] : log.sensors)
+    {
+      const auto note = noteOn(name, sensor, log);
+      if (!note) continue;
+      if (first)
+        others.push_back(name + " in " + log.source->path());
+      else
+        first = note;
+    }
+  if (!others.empty()) *first += ". The same holds for " + firstFewOf(others);
+  return first;
+}
+
+std::optional<std::string> BuildNotes::planarNote(const std::string& name, const Sensor& sensor,
+                                                  const Log& log) const
 {
   const auto* learned = dynamic_cast<const CLearnedMap*>(&map_);
   if (learned == nullptr || !learned->planarLayer()) return std::nullopt;
   constexpr double kFlat_m = 0.5;
-  for (const auto& [name, sensor] : sensors_)
-    if (sensor.height_m > std::max(kFlat_m, 2 * learned->resolution()))
-      return name + mrpt::format(
-                        ": its scans are %.1f m high, but the map is planar: all heights go into its "
-                        "one layer, so that ground and ceiling become obstacles. Build in 3D "
-                        "(-s creationOpts.planar=false) and project what is of interest: lamap "
-                        "export MAP -o map.yaml --z-min 0.3 --z-max 1.8",
-                        sensor.height_m);
-  return std::nullopt;
+  if (sensor.height_m <= std::max(kFlat_m, 2 * learned->resolution())) return std::nullopt;
+  return log.source->path() + ": " + name +
+         mrpt::format(
+             ": its scans are %.1f m high, but the map is planar: all heights go into its "
+             "one layer, so that ground and ceiling become obstacles. Build in 3D "
+             "(-s creationOpts.planar=false) and project what is of interest: lamap "
+             "export MAP -o map.yaml --z-min 0.3 --z-max 1.8",
+             sensor.height_m);
 }
 
-std::optional<std::string> BuildNotes::coarseNote() const
+std::optional<std::string> BuildNotes::coarseNote(const std::string& name, const Sensor& sensor,
+                                                  const Log& log) const
 {
   const auto resolution_m = resolutionOf(map_);
-  if (!resolution_m) return std::nullopt;
+  if (!resolution_m || sensor.lookedAt == 0 || sensor.longest_m <= 0) return std::nullopt;
   constexpr double kCellsToFarthest = 10;
-  for (const auto& [name, sensor] : sensors_)
-  {
-    if (sensor.lookedAt == 0 || sensor.longest_m <= 0) continue;
-    const bool isShort = *resolution_m > sensor.longest_m / kCellsToFarthest;
-    if (!isShort && 2 * sensor.crowded <= sensor.lookedAt) continue;
-    const double finer_m = roundedDown(std::min(sensor.longest_m / 50, *resolution_m / 4));
-    return mrpt::format("cells of %.4g m are larger than what they hold: of %s, ", *resolution_m,
-                        name.c_str()) +
-           (isShort ? mrpt::format("the farthest return is %.4g m away", sensor.longest_m)
-                    : std::string("more than half of a scan lies in fewer than ten cells")) +
-           mrpt::format("; try -s creationOpts.resolution=%.4g", finer_m);
-  }
-  return std::nullopt;
+  const bool isShort = *resolution_m > sensor.longest_m / kCellsToFarthest;
+  if (!isShort && 2 * sensor.crowded <= sensor.lookedAt) return std::nullopt;
+  const double finer_m = roundedDown(std::min(sensor.longest_m / 50, *resolution_m / 4));
+  return log.source->path() + ": " + name +
+         mrpt::format(": cells of %.4g m are larger than what they hold: ", *resolution_m) +
+         (isShort ? mrpt::format("the farthest return is %.4g m away", sensor.longest_m)
+                  : std::string("more than half of a scan lies in fewer than ten cells")) +
+         mrpt::format("; try -s creationOpts.resolution=%.4g", finer_m);
 }
 
-std::optional<std::string> BuildNotes::shellNote() const
+std::optional<std::string> BuildNotes::shellNote(const std::string& name, const Sensor& sensor,
+                                                 const Log& log) const
 {
-  for (const auto& [name, sensor] : sensors_)
-    if (4 * sensor.phantomShells >= sensor.lookedAt && sensor.phantomShells > 0)
-      return phantomShellNote(name, sensor.shell_m);
-  return std::nullopt;
+  const auto shell_m = sensor.shells.nearest_m();
+  const double maxRange_m = maxRangeOf(map_);
+  if (!shell_m || (maxRange_m > 0 && maxRange_m < *shell_m)) return std::nullopt;
+  return phantomShellNote(log.source->path(), name, *shell_m);
 }
 
 }  // namespace lamap::tools

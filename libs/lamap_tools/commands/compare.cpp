@@ -242,7 +242,7 @@ Comparison compareMaps(const CompareOptions& options, const ProgressSink& progre
   const auto sources = openInputs(options.inputs);
 
   Comparison comparison;
-  const auto take = [&](const ScanItem& item)
+  const auto take = [&](const ScanItem& item, const ScanSource& /*source*/)
   {
     const auto scan = choice ? scanOf(item) : std::nullopt;
     const bool heldOut = scan && choice->isHeldOut(item);

@@ -37,7 +37,7 @@ HeldOutReport scoreHeldOut(const HeldOutOptions& options, const ProgressSink& pr
   HeldOutChoice choice(options.every);
   HeldOutCells shown(scored.rules.resolution_m);
   report.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
-                               [&](const ScanItem& item)
+                               [&](const ScanItem& item, const ScanSource& /*source*/)
                                {
                                  const auto scan = scanOf(item);
                                  if (scan && choice.isHeldOut(item))

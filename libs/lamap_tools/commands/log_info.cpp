@@ -140,7 +140,10 @@ class LogReader
     const ScanLook look = lookAt(scan);
     add(look, sensor.look);
     if (look.hasPhantomShell()) ++sensor.phantomShells;
-    return look.count(RayEnd::Return) + look.count(RayEnd::NoReturn) + look.count(RayEnd::Cut) > 0;
+    if (isWorthALook(sensor.scans - 1)) sensor.shells.add(look);
+    const uint64_t returns = look.count(RayEnd::Return) + look.count(RayEnd::Cut);
+    sensor.emptyScans.add(returns, look.count(RayEnd::NoReturn));
+    return returns + look.count(RayEnd::NoReturn) > 0;
   }
 
   void count(const std::string& kind, const std::string& reason)
@@ -205,7 +208,7 @@ constexpr std::array<EndName, 5> kEndNames{{{"returns", "return"},
                                             {"no return within the range", "noReturn"},
                                             {"cut", "cut"},
                                             {"dropped (nothing is known)", "dropped"},
-                                            {"nearer than can be measured", "tooNear"}}};
+                                            {"too near, or on the sensor", "tooNear"}}};
 
 std::string dateText(Time time)
 {
@@ -257,6 +260,10 @@ void printSensor(const SensorInfo& sensor, const LogInfo& info, std::ostream& ou
     if (sensor.look.rays[i] > 0)
       printFact(out, std::string("    ") + kEndNames[i].text, shareText(sensor.look.rays[i], rays));
   if (sensor.look.notFinite > 0) printFact(out, "    not finite", shareText(sensor.look.notFinite, rays));
+  if (sensor.emptyScans.empty > 0)
+    printFact(out, "  scans without a return", shareText(sensor.emptyScans.empty, sensor.scans));
+  if (sensor.emptyScans.nearlyEmpty > 0)
+    printFact(out, "  scans with hardly a return", shareText(sensor.emptyScans.nearlyEmpty, sensor.scans));
   if (const auto& ranges = sensor.look.ranges)
     printFact(out, "  ranges of the returns",
               mrpt::format("%.2f .. %.2f", ranges->shortest_m, ranges->longest_m), "m");
@@ -302,6 +309,8 @@ Json sensorJson(const SensorInfo& sensor, const LogInfo& info)
   json["ranges"] = spanJson(sensor.look.ranges);
   json["statedRanges"] = spanJson(sensor.look.statedRanges);
   json["phantomShells"] = sensor.phantomShells;
+  json["emptyScans"] = sensor.emptyScans.empty;
+  json["nearlyEmptyScans"] = sensor.emptyScans.nearlyEmpty;
   return json;
 }
 
@@ -320,8 +329,11 @@ std::vector<std::string> notesOn(const LogInfo& info)
   if (info.posesAreOdometry && info.robotPath && info.robotPath->length_m > 0)
     notes.push_back(odometryNote(info.path));
   for (const SensorInfo& sensor : info.sensors)
-    if (sensor.phantomShells > 0 && 4 * sensor.phantomShells >= sensor.scans)
-      notes.push_back(phantomShellNote(sensor.name, sensor.look.ranges->longest_m));
+    if (const auto shell_m = sensor.shells.nearest_m())
+      notes.push_back(phantomShellNote(info.path, sensor.name, *shell_m));
+  for (const SensorInfo& sensor : info.sensors)
+    if (const auto note = emptyScansNote(info.path, sensor.name, sensor.emptyScans, info.sensors.size() == 1))
+      notes.push_back(*note);
   return notes;
 }
 
@@ -349,8 +361,8 @@ LogInfo readLogInfo(InputOptions options, const ProgressSink& progress)
   const auto sources = openInputs(options);
   LogReader reader;
   LogInfo info;
-  info.stopped =
-      !visitScans(sources, options.shouldStop, progress, [&](const ScanItem& item) { reader.read(item); });
+  info.stopped = !visitScans(sources, options.shouldStop, progress,
+                             [&](const ScanItem& item, const ScanSource& /*source*/) { reader.read(item); });
   reader.finish(info);
   info.firstTime = sources.at(0)->contents().firstTime;
   info.path = options.paths.at(0);

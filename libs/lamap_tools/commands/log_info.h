@@ -37,7 +37,9 @@ struct SensorInfo
   size_t unreadable = 0;      ///< scans whose rays cannot be read,
   std::string whyUnreadable;  ///< and what is wrong with the first of them
   ScanLook look;              ///< of all its scans together; of the farthest returns, nothing
-  size_t phantomShells = 0;   ///< scans that seem to have one
+  EmptyScans emptyScans;
+  size_t phantomShells = 0;  ///< scans that seem to have one
+  PhantomShells shells;      ///< of those that are worth a look
 };
 
 /// Where a robot was.

@@ -155,10 +155,11 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
   ScanInserter inserter(*map);
   BuildNotes notes(*map);
   report.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
-                               [&](const ScanItem& item)
+                               [&](const ScanItem& item, const ScanSource& source)
                                {
-                                 notes.look(item);
+                                 notes.look(item, source);
                                  inserter.insert(item);
+                                 notes.inserted();
                                });
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.scans = inserter.tally();
@@ -170,7 +171,8 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
     if (report.stopped) return report;
     throw std::runtime_error("not one usable scan; nothing is written" + reasonsOf(report));
   }
-  for (std::string& note : notes.notes(sources)) report.notes.push_back(std::move(note));
+  for (const auto& found : {jointNotesOf(sources), notes.notes()})
+    report.notes.insert(report.notes.end(), found.begin(), found.end());
   train(*map, report.scans.usedCount());
   report.stopped = report.stopped || options.inputs.shouldStop();
   save(map, options.outPath);
@@ -199,7 +201,7 @@ void printRays(const RayCounts& rays, std::ostream& out)
   };
   printUnused(rays.unbounded, "without a return (not wanted, or without a range to end at)");
   printUnused(rays.dropped, "dropped or called invalid by the sensor");
-  printUnused(rays.tooNear, "nearer than the minimum range");
+  printUnused(rays.tooNear, "nearer than the minimum range, or on the sensor itself");
   printUnused(rays.notFinite, "not finite");
   printUnused(rays.outside, "beyond what cells can address");
 }

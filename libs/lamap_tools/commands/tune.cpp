@@ -289,8 +289,9 @@ TuneReport tuneMap(const TuneOptions& options, const ProgressSink& progress)
 
   TuneReport report;
   report.mapName = search.candidates().front()->name;
-  report.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
-                               [&](const ScanItem& item) { search.take(item); });
+  report.stopped =
+      !visitScans(sources, options.inputs.shouldStop, progress,
+                  [&](const ScanItem& item, const ScanSource& /*source*/) { search.take(item); });
   report.scored = search.scored();
   report.inputs = reportsOf(sources);
   if (report.stopped) return report;

@@ -79,4 +79,12 @@ std::string joined(const std::vector<std::string>& texts, const std::string& sep
   return all;
 }
 
+std::string firstFewOf(const std::vector<std::string>& texts)
+{
+  constexpr size_t kFew = 3;
+  if (texts.size() <= kFew) return joined(texts);
+  return joined({texts.begin(), texts.begin() + kFew}) + " and " + std::to_string(texts.size() - kFew) +
+         " more";
+}
+
 }  // namespace lamap::tools

@@ -45,5 +45,7 @@ void forEachLine(std::istream& in, const std::string& name,
 
 /// The texts in their order, separated.
 [[nodiscard]] std::string joined(const std::vector<std::string>& texts, const std::string& separator = ", ");
+/// The first three, and how many more there are: "a, b, c and 7 more".
+[[nodiscard]] std::string firstFewOf(const std::vector<std::string>& texts);
 
 }  // namespace lamap::tools

@@ -27,6 +27,7 @@ struct PcdInput
   std::string path;                             ///< one that was given
   std::vector<std::string> files;               ///< it, or what the folder holds
   std::vector<std::optional<TimedPose>> poses;  ///< of the files, in place of VIEWPOINT; empty: none
+  std::string posesOrigin = "VIEWPOINT";
   std::vector<std::string> notes;
 };
 
@@ -37,7 +38,8 @@ std::string nameOf(const std::string& path)
 
 PcdInput inputOf(const std::string& path)
 {
-  PcdInput input{path, {}, {}, {}};
+  PcdInput input;
+  input.path = path;
   if (!fs::is_directory(path))
   {
     input.files = {path};
@@ -166,31 +168,42 @@ void takePosesInOrder(const std::vector<TimedPose>& poses, const std::string& po
     next += static_cast<std::ptrdiff_t>(input.files.size());
   }
   const auto earlier = [](const TimedPose& a, const TimedPose& b) { return a.time < b.time; };
-  const auto unordered = std::is_sorted_until(poses.begin(), poses.end(), earlier);
-  if (unordered != poses.end())
-    inputs.front().notes.push_back(
-        "pose " + std::to_string(unordered - poses.begin() + 1) + " of " + posesPath +
-        " is earlier than the one before it; still, the k-th is for the k-th file");
+  auto first = poses.begin();
+  for (PcdInput& input : inputs)
+  {
+    const auto last = first + static_cast<std::ptrdiff_t>(input.files.size());
+    const auto unordered = std::is_sorted_until(first, last, earlier);
+    if (unordered != last)
+      input.notes.push_back("pose " + std::to_string(unordered - poses.begin() + 1) + " of " + posesPath +
+                            " is earlier than the one before it; still, the k-th is for the k-th file");
+    first = last;
+  }
 }
 
 class PcdSource : public ScanSource
 {
  public:
-  /// @param watch   shared by all sources; null: nobody needs to know
-  /// @param isLast  and tells what was seen
-  PcdSource(PcdInput input, const InputOptions& options, std::shared_ptr<CloudFrameWatch> watch, bool isLast)
+  /// What all sources of PCD files share.
+  struct Shared
+  {
+    CloudFrameWatch watch;
+    std::vector<std::string> paths;
+  };
+
+  /// @param isLast  and tells what was seen of all
+  PcdSource(PcdInput input, const InputOptions& options, std::shared_ptr<Shared> shared, bool isLast)
       : ScanSource(input.path),
         files_(std::move(input.files)),
         poses_(std::move(input.poses)),
         inSensorFrame_(options.cloudFrame == CloudFrame::Sensor),
         sensorOrigin_(options.sensorOrigin),
-        watch_(std::move(watch)),
-        tellsSuspicion_(isLast && watch_)
+        shared_(std::move(shared)),
+        tellsSuspicion_(isLast)
   {
     expectedItems_ = files_.size();
     contents_.sensors = {kPcdFile};
     notes_ = {std::string(inSensorFrame_ ? "clouds in the sensor's frame, poses" : "origins") + " from " +
-              (poses_.empty() ? "VIEWPOINT" : "the given file")};
+              input.posesOrigin};
     notes_.insert(notes_.end(), input.notes.begin(), input.notes.end());
   }
 
@@ -213,13 +226,21 @@ class PcdSource : public ScanSource
         damages_.push_back(text.rfind(own, 0) == 0 ? text.substr(own.size()) : text);
       }
     }
-    if (tellsSuspicion_)
-      if (const auto suspicion = std::exchange(watch_, nullptr)->suspicion()) notes_.push_back(*suspicion);
-    tellsSuspicion_ = false;
+    if (std::exchange(tellsSuspicion_, false)) tellSuspicion();
     return std::nullopt;
   }
 
  private:
+  void tellSuspicion()
+  {
+    const auto suspicion = shared_->watch.suspicion();
+    if (!suspicion) return;
+    if (shared_->paths.size() == 1)
+      notes_.push_back(*suspicion);
+    else
+      jointNotes_.push_back(firstFewOf(shared_->paths) + ": " + *suspicion);
+  }
+
   PointScan scanOf(size_t i)
   {
     const PcdCloud cloud = readPcdFile(files_[i]);
@@ -237,7 +258,7 @@ class PcdSource : public ScanSource
       const bool isAtSensor = ((point - fan.centre).cwiseAbs().array() <= rounding.array()).all();
       fan.addReturn(isAtSensor ? fan.centre : point);
     }
-    if (watch_) watch_->add(frame, sensorOrigin_, cloud.points);
+    shared_->watch.add(frame, sensorOrigin_, cloud.points);
     return points;
   }
 
@@ -271,7 +292,7 @@ class PcdSource : public ScanSource
   std::vector<std::optional<TimedPose>> poses_;
   bool inSensorFrame_;
   Eigen::Vector3d sensorOrigin_;
-  std::shared_ptr<CloudFrameWatch> watch_;
+  std::shared_ptr<Shared> shared_;
   bool tellsSuspicion_;
   size_t next_ = 0;
 };
@@ -286,16 +307,21 @@ std::vector<std::unique_ptr<ScanSource>> openPcdSources(const std::vector<std::s
   for (const std::string& path : paths) inputs.push_back(inputOf(path));
   if (!poses.empty() && !inputs.empty())
   {
-    if (takePosesByTime(PosesByTime(poses), inputs))
+    const bool byTime = takePosesByTime(PosesByTime(poses), inputs);
+    if (byTime)
       for (PcdInput& input : inputs) sortByTime(input);
     else
       takePosesInOrder(poses, options.posesPath, inputs);
+    for (PcdInput& input : inputs)
+      input.posesOrigin = std::string("the given file, ") +
+                          (byTime ? "by the times that are the names" : "the k-th for the k-th file");
   }
-  const auto watch = std::make_shared<CloudFrameWatch>(options.cloudFrame);
+  const auto shared =
+      std::make_shared<PcdSource::Shared>(PcdSource::Shared{CloudFrameWatch(options.cloudFrame), paths});
   std::vector<std::unique_ptr<ScanSource>> sources;
   for (PcdInput& input : inputs)
     sources.push_back(
-        std::make_unique<PcdSource>(std::move(input), options, watch, &input == &inputs.back()));
+        std::make_unique<PcdSource>(std::move(input), options, shared, &input == &inputs.back()));
   return sources;
 }
 

@@ -321,16 +321,15 @@ bool overlaps(const Survey& survey, const PoseTrack& track)
                      [&](int64_t time) { return track.at(timeFrom(time)).has_value(); });
 }
 
-/// @throws std::runtime_error if no observation lies within the time that the poses cover.
-void requireOverlap(const std::string& path, const Survey& survey, const PoseTrack& track)
+/// What to say if no observation lies within the time that the poses cover.
+std::optional<std::string> whyNoOverlap(const Survey& survey, const PoseTrack& track)
 {
   const auto& times = survey.observationTimes;
-  if (times.empty() || overlaps(survey, track)) return;
+  if (times.empty() || overlaps(survey, track)) return std::nullopt;
   const auto [first, last] = std::minmax_element(times.begin(), times.end());
-  throw std::runtime_error(path + ": none of its " + std::to_string(times.size()) + " observations, at " +
-                           spanText(timeFrom(*first), timeFrom(*last)) +
-                           " since 1970, lies within the time of the poses, " +
-                           spanText(track.poses().front().time, track.poses().back().time));
+  return "none of its " + std::to_string(times.size()) + " observations, at " +
+         spanText(timeFrom(*first), timeFrom(*last)) + " since 1970, lies within the time of the poses, " +
+         spanText(track.poses().front().time, track.poses().back().time);
 }
 
 /// Whether the times are 0, 1, 2, …, as in icp-slam's log_estimated_path.txt: numbers of steps.
@@ -367,7 +366,7 @@ class RawlogSource : public ScanSource
  public:
   RawlogSource(const std::string& path, std::shared_ptr<const PoseTrack> givenPoses,
                const InputOptions& options)
-      : ScanSource(path), mustOverlap_(!options.evenWithoutPoses)
+      : ScanSource(path), mustOverlap_(givenPoses || !options.evenWithoutPoses)
   {
     const RawlogFile::Trial trial = RawlogFile::tryReading(path, surveyOf, options.shouldStop);
     if (trial.stopped)
@@ -457,10 +456,14 @@ class RawlogSource : public ScanSource
 
   void follow(std::shared_ptr<const PoseTrack> track, const Survey& survey, const std::string& origin)
   {
-    if (mustOverlap_) requireOverlap(path_, survey, *track);
+    notes_ = {std::to_string(track->poses().size()) + " poses from " + origin};
+    if (const auto reason = whyNoOverlap(survey, *track))
+    {
+      if (mustOverlap_) throw std::runtime_error(path_ + ": " + *reason);
+      notes_.push_back(*reason);
+    }
     kind_ = Poses::Track;
     track_ = std::move(track);
-    notes_ = {std::to_string(track_->poses().size()) + " poses from " + origin};
   }
 
   void followGiven(std::shared_ptr<const PoseTrack> given, const Survey& survey)

@@ -15,6 +15,15 @@ void extend(std::optional<LengthSpan>& span, const LengthSpan& other)
   else
     span = other;
 }
+
+/// What a ray counts as. @param range_m  from the centre of its fan
+RayEnd meaningOf(const Ray& ray, double range_m, const RayFan& fan)
+{
+  if (ray.meaning != RayEnd::Return) return ray.meaning;
+  if (!(range_m > 0) || range_m < fan.statedRangeMin_m) return RayEnd::TooNear;
+  const bool isBeyond = fan.statedRangeMax_m > 0 && range_m > fan.statedRangeMax_m;
+  return isBeyond ? RayEnd::Cut : RayEnd::Return;
+}
 }  // namespace
 
 void LengthSpan::include(const LengthSpan& other)
@@ -52,8 +61,10 @@ ScanLook lookAt(const Scan& scan)
         ++look.notFinite;
         continue;
       }
-      ++look.rays[static_cast<size_t>(ray.meaning)];
-      if (ray.meaning == RayEnd::Return) ranges_m.push_back((ray.end - fan.centre).norm());
+      const double range_m = (ray.end - fan.centre).norm();
+      const RayEnd meaning = meaningOf(ray, range_m, fan);
+      ++look.rays[static_cast<size_t>(meaning)];
+      if (meaning == RayEnd::Return) ranges_m.push_back(range_m);
     }
   }
   if (ranges_m.empty()) return look;
@@ -63,6 +74,41 @@ ScanLook lookAt(const Scan& scan)
   look.farthestReturns = static_cast<uint64_t>(std::count_if(
       ranges_m.begin(), ranges_m.end(), [&](double range_m) { return range_m >= kSame * *longest; }));
   return look;
+}
+
+bool isWorthALook(size_t number)
+{
+  constexpr size_t kFirst = 10;
+  constexpr size_t kEvery = 20;
+  return number < kFirst || number % kEvery == 0;
+}
+
+void PhantomShells::add(const ScanLook& look)
+{
+  if (!look.ranges) return;
+  ++scans_;
+  if (look.hasPhantomShell()) ranges_m_.push_back(look.ranges->longest_m);
+}
+
+std::optional<double> PhantomShells::nearest_m() const
+{
+  std::vector<double> sorted_m = ranges_m_;
+  std::sort(sorted_m.begin(), sorted_m.end());
+  constexpr double kSame = 1.005;
+  for (auto first = sorted_m.begin(); first != sorted_m.end(); ++first)
+  {
+    const auto last = std::upper_bound(first, sorted_m.end(), kSame * *first);
+    if (4 * static_cast<size_t>(last - first) >= scans_) return *first;
+  }
+  return std::nullopt;
+}
+
+void EmptyScans::add(uint64_t returns, uint64_t missing)
+{
+  constexpr uint64_t kForEachReturn = 9;
+  ++scans;
+  if (missing == 0 || missing < kForEachReturn * returns) return;
+  ++(returns == 0 ? empty : nearlyEmpty);
 }
 
 }  // namespace lamap::tools

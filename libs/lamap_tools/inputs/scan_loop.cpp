@@ -7,18 +7,23 @@ namespace lamap::tools
 {
 namespace
 {
+std::string namesOf(const std::vector<std::unique_ptr<ScanSource>>& sources)
+{
+  std::vector<std::string> paths;
+  for (const auto& source : sources) paths.push_back(source->path());
+  return firstFewOf(paths);
+}
+
 void requireChosen(const std::vector<std::unique_ptr<ScanSource>>& sources)
 {
   if (sources.empty() || !sources.front()->chooser()) return;
-  std::vector<std::string> paths;
-  for (const auto& source : sources) paths.push_back(source->path());
-  sources.front()->chooser()->requireTaken(joined(paths));
+  sources.front()->chooser()->requireTaken(namesOf(sources));
 }
 }  // namespace
 
 bool visitScans(const std::vector<std::unique_ptr<ScanSource>>& sources,
                 const std::function<bool()>& shouldStop, const ProgressSink& report,
-                const std::function<void(const ScanItem&)>& visitor)
+                const ScanVisitor& visitor)
 {
   Progress progress;
   for (const auto& source : sources) progress.expected += source->expectedItems();
@@ -30,7 +35,7 @@ bool visitScans(const std::vector<std::unique_ptr<ScanSource>>& sources,
     {
       const auto item = source->next();
       if (!item) break;
-      visitor(*item);
+      visitor(*item, *source);
       progress.done = before + source->readItems();
       if (report) report(progress);
     }
@@ -52,10 +57,19 @@ std::vector<InputReport> reportsOf(const std::vector<std::unique_ptr<ScanSource>
   std::vector<InputReport> reports;
   reports.reserve(sources.size());
   for (const auto& source : sources) reports.push_back({source->path(), source->notes(), source->damages()});
-  // The choice counts through all inputs, so it is told with the last one.
-  if (!reports.empty() && sources.back()->chooser())
-    reports.back().notes.push_back(sources.back()->chooser()->summary());
+  if (sources.size() == 1 && sources.front()->chooser())
+    reports.front().notes.push_back(sources.front()->chooser()->summary());
   return reports;
+}
+
+std::vector<std::string> jointNotesOf(const std::vector<std::unique_ptr<ScanSource>>& sources)
+{
+  std::vector<std::string> notes;
+  for (const auto& source : sources)
+    notes.insert(notes.end(), source->jointNotes().begin(), source->jointNotes().end());
+  if (sources.size() > 1 && sources.front()->chooser())
+    notes.push_back(namesOf(sources) + ": " + sources.front()->chooser()->summary());
+  return notes;
 }
 
 }  // namespace lamap::tools

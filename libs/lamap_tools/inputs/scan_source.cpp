@@ -229,7 +229,7 @@ std::vector<std::unique_ptr<ScanSource>> openInputs(const InputOptions& options)
   if (options.shouldStop()) return sources;  // they may not be surveyed
   std::vector<LogContents> contents;
   for (const auto& source : sources) contents.push_back(source->contents());
-  chooser->requireSensors(contents, joined(options.paths));
+  chooser->requireSensors(contents, firstFewOf(options.paths));
   for (const auto& source : sources) source->choose(chooser, options.shouldStop);
   return sources;
 }

@@ -78,6 +78,8 @@ class ScanSource
   [[nodiscard]] bool posesAreOdometry() const { return posesAreOdometry_; }
   /// Remarks for the report on how this input was read.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+  /// Remarks on this input and others together, which they name.
+  [[nodiscard]] const std::vector<std::string>& jointNotes() const { return jointNotes_; }
 
  protected:
   explicit ScanSource(std::string path) : path_(std::move(path)) {}
@@ -92,6 +94,7 @@ class ScanSource
   size_t expectedItems_ = 0;
   std::vector<std::string> damages_;
   std::vector<std::string> notes_;
+  std::vector<std::string> jointNotes_;
   bool posesAreOdometry_ = false;
 
  private:
@@ -117,6 +120,7 @@ struct InputOptions
   /// For rawlogs: the robot stood still at the map's origin, whatever the log says.
   bool standingStill = false;
   /// To look at rawlogs without poses: what they hold is left out, with that reason, instead of an error.
+  /// Given poses must cover some of it all the same.
   bool evenWithoutPoses = false;
   /// What of it is used.
   ScanChoice choice;
