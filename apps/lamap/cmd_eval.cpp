@@ -123,7 +123,8 @@ int againstHeldOut(EvalArguments& arguments)
     Json json{{"heldOut",
                {{"scans", report.heldOut},
                 {"scansInMap", report.scans.usedCount()},
-                {"maxRange", report.maxRange_m}}}};
+                {"maxRange", report.maxRange_m},
+                {"inputNotes", report.inputNotes}}}};
     json["scoresOfReturned"] = tools::scoresJson(report.scoresOfReturned);
     printMaps(json, {report.scores});
   }
@@ -135,6 +136,7 @@ int againstHeldOut(EvalArguments& arguments)
                                         : "the range that the scans state")
               << " are scored\n";
     tools::printLeftOut(report.scans, std::cout);
+    for (const std::string& note : report.inputNotes) std::cout << "  " << note << "\n";
     tools::printScores({report.scores}, "cells shown by the scans held out", std::cout);
     std::cout << "\nwithout the rays that had no return:\n";
     tools::printScores({report.scoresOfReturned}, "cells shown by the rays that returned", std::cout);

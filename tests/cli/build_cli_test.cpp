@@ -233,6 +233,15 @@ TEST_F(BuildProgram, InfoDescribesALogAsItDoesAMap)
   EXPECT_EQ(wrong.exitCode, 2);
   EXPECT_NE(wrong.err.find("--static: is for logs only"), std::string::npos) << wrong.err;
   EXPECT_EQ(run({"info", folder_ / "none.rawlog"}).exitCode, 1);
+
+  const std::string poses = folder_.write("p.tum", "5 0 0 0 0 0 0 1\n6 1 0 0 0 0 0 1\n");
+  for (const Outcome& outcome : {run({"info", log, "--poses", poses}),
+                                 run({"build", "-i", log, "-m", "bgkMap", "-o", map, "--poses", poses})})
+  {
+    EXPECT_EQ(outcome.exitCode, 1);
+    EXPECT_NE(outcome.err.find("lies within the time of the poses, 5.000 to 6.000 s"), std::string::npos)
+        << outcome.err;
+  }
 }
 
 // What cannot be chosen is named by every command that reads logs; what can, is used.
@@ -257,7 +266,9 @@ TEST_F(BuildProgram, EveryCommandThatReadsLogsChoosesFromThem)
     };
     const Outcome unknown = with({"--sensors", "FRONT"});
     EXPECT_EQ(unknown.exitCode, 1);
-    EXPECT_NE(unknown.err.find("there are: CObservation2DRangeScan"), std::string::npos) << unknown.err;
+    EXPECT_NE(unknown.err.find("did you mean 'CObservation2DRangeScan'? There are: CObservation2DRangeScan"),
+              std::string::npos)
+        << unknown.err;
     EXPECT_EQ(with({"--from", "soon"}).exitCode, 2);
     EXPECT_EQ(with({"--every", "0"}).exitCode, 2);
     const Outcome none = with({"--from", "2030-01-01"});
@@ -266,6 +277,8 @@ TEST_F(BuildProgram, EveryCommandThatReadsLogsChoosesFromThem)
     const Outcome some =
         with({"--sensors", "CObservation2DRangeScan", "--every", "3", "--from", "4", "--to", "30"});
     EXPECT_EQ(some.exitCode, 0) << some.err;
+    EXPECT_NE(some.out.find("observations chosen by --sensors CObservation2DRangeScan"), std::string::npos)
+        << some.out;
   }
   EXPECT_EQ(run({"thin", "-i", log, "-o", folder_ / "part.rawlog"}).exitCode, 2) << "neither rays nor scans";
 }

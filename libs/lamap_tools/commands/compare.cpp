@@ -254,6 +254,7 @@ Comparison compareMaps(const CompareOptions& options, const ProgressSink& progre
   };
   comparison.stopped = !visitScans(sources, options.inputs.shouldStop, progress, take);
   comparison.inputs = reportsOf(sources);
+  comparison.inputNotes = allNotesOf(sources);
   if (comparison.stopped) return comparison;
   requireScans(builders, choice);
   for (Builder& builder : builders) comparison.maps.push_back(builder.finish());
@@ -377,7 +378,8 @@ void printComparison(const Comparison& comparison, std::ostream& out)
     if (!map.scores) continue;
     for (const std::string& note : map.scores->notes) out << "  " << map.name << ": " << note << "\n";
   }
-  for (const std::string& note : comparison.notes) out << "  " << note << "\n";
+  for (const auto* notes : {&comparison.inputNotes, &comparison.notes})
+    for (const std::string& note : *notes) out << "  " << note << "\n";
   if (!comparison.pagePath.empty()) out << "pictures: " << comparison.pagePath << "\n";
 }
 
@@ -387,6 +389,7 @@ Json comparisonJson(const Comparison& comparison)
   json["scoredBy"] = comparison.scoredBy;
   json["scoring"] = scoringJson();
   json["notes"] = comparison.notes;
+  json["inputNotes"] = comparison.inputNotes;
   json["page"] = comparison.pagePath;
   json["maps"] = Json::array();
   for (const ComparedMap& map : comparison.maps)

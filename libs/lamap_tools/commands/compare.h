@@ -69,6 +69,7 @@ struct Comparison
   std::string scoredBy;  ///< what the scores are over, in words; empty: there are none
   std::vector<std::string> notes;
   std::vector<InputReport> inputs;
+  std::vector<std::string> inputNotes;
   std::string pagePath;
   bool stopped = false;  ///< because it was asked to: nothing is scored or written then
 };

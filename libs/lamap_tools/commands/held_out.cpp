@@ -48,6 +48,7 @@ HeldOutReport scoreHeldOut(const HeldOutOptions& options, const ProgressSink& pr
   report.scans = scored.inserter->tally();
   report.heldOut = choice.heldOut();
   report.inputs = reportsOf(sources);
+  report.inputNotes = allNotesOf(sources);
   if (report.stopped) return report;
 
   requireScans(choice, shown, report.scans, options);

@@ -32,7 +32,8 @@ struct HeldOutReport
   /// Up to here rays were scored [m]; 0: what the observations state.
   double maxRange_m = 0;
   std::vector<InputReport> inputs;
-  bool stopped = false;  ///< because it was asked to: there are no scores then
+  std::vector<std::string> inputNotes;
+  bool stopped = false;            ///< because it was asked to: there are no scores then
 };
 
 /** Scores a map without knowing the truth: it is built from all scans but every N-th, and asked about what

@@ -277,7 +277,8 @@ ThinReport thinLog(const ThinOptions& options, const ProgressSink& progress)
   catch (const std::runtime_error& error)
   {
     const std::string what = compat::messageOf(error);
-    const bool namesFile = what.rfind(options.inPath, 0) == 0 || what.rfind(options.outPath, 0) == 0;
+    const bool namesFile =
+        what.find(options.inPath) != std::string::npos || what.find(options.outPath) != std::string::npos;
     throw std::runtime_error(namesFile ? what : options.inPath + ": " + what);
   }
   return report;

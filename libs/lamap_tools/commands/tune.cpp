@@ -294,6 +294,7 @@ TuneReport tuneMap(const TuneOptions& options, const ProgressSink& progress)
                   [&](const ScanItem& item, const ScanSource& /*source*/) { search.take(item); });
   report.scored = search.scored();
   report.inputs = reportsOf(sources);
+  report.inputNotes = allNotesOf(sources);
   if (report.stopped) return report;
 
   const InsertionTally& inserted = search.candidates().front()->inserter->tally();
@@ -347,6 +348,7 @@ void printTuning(const TuneReport& report, std::ostream& out)
     out << joined(map.settings, " ") << "\n";
   }
   printLeftOut(report.scans, out);
+  for (const std::string& note : report.inputNotes) out << "  " << note << "\n";
   if (!report.outPath.empty()) out << "the best settings are saved to " << report.outPath << "\n";
 }
 
@@ -355,6 +357,7 @@ Json tuningJson(const TuneReport& report)
   Json json;
   json["map"] = report.mapName;
   json["scoredScans"] = report.scored;
+  json["inputNotes"] = report.inputNotes;
   json["rankedBy"] = report.rankedByAllRays ? "allRays" : "returned";
   json["output"] = report.outPath;
   json["scoring"] = scoringJson();

@@ -48,6 +48,7 @@ struct TuneReport
   size_t scored = 0;     ///< scans
   InsertionTally scans;  ///< that the best map was given
   std::vector<InputReport> inputs;
+  std::vector<std::string> inputNotes;
   std::string outPath;
   bool stopped = false;  ///< because it was asked to: there are no scores, and no file, then
 };

@@ -72,4 +72,14 @@ std::vector<std::string> jointNotesOf(const std::vector<std::unique_ptr<ScanSour
   return notes;
 }
 
+std::vector<std::string> allNotesOf(const std::vector<std::unique_ptr<ScanSource>>& sources)
+{
+  std::vector<std::string> notes;
+  for (const InputReport& input : reportsOf(sources))
+    for (const std::string& note : input.notes) notes.push_back(input.path + ": " + note);
+  const std::vector<std::string> joint = jointNotesOf(sources);
+  notes.insert(notes.end(), joint.begin(), joint.end());
+  return notes;
+}
+
 }  // namespace lamap::tools

@@ -32,6 +32,8 @@ struct InputReport
 [[nodiscard]] std::vector<InputReport> reportsOf(const std::vector<std::unique_ptr<ScanSource>>& sources);
 /// Remarks on several inputs together, which they name: on what was chosen, for one.
 [[nodiscard]] std::vector<std::string> jointNotesOf(const std::vector<std::unique_ptr<ScanSource>>& sources);
+/// All remarks, those on one input with its name.
+[[nodiscard]] std::vector<std::string> allNotesOf(const std::vector<std::unique_ptr<ScanSource>>& sources);
 /// Whether any of them could not be read whole.
 [[nodiscard]] bool damaged(const std::vector<InputReport>& inputs);
 
