@@ -5,8 +5,11 @@
 #include <lamap_mrpt/maps/CHilbertMap.h>
 #include <lamap_mrpt/maps/COverlappingHilbertMap.h>
 
+#include <cstdlib>
 #include <iostream>
 #include <set>
+#include <string>
+#include <vector>
 
 #include <support/made_maps.h>
 
@@ -144,21 +147,34 @@ TYPED_TEST(IdleSettings, AreNotWhatAPresetOrASavedFileSays)
   }
 }
 
-TEST(IdleSettings, AreToldOnceAndWithTheReason)
+/// Builds a map twice and ends the process.
+template <typename Map>
+[[noreturn]] void teachTwice(const Settings& settings)
 {
-  const Settings settings = {{"insertOpts.hitDownsampling", "0.75"}};
-  const std::string said = cellsAndWarnings<CBGKMap>(settings).second;
-  EXPECT_EQ(said,
-            "warning: lamap::CBGKMap: insertOpts.hitDownsampling = 0.75 has no effect: it matters only if "
-            "insertOpts.trainingPoints is centroids (it is cells)\n");
-  EXPECT_EQ(cellsAndWarnings<CBGKMap>(settings).second, "");
+  for (int i = 0; i < 2; ++i) (void)taught<Map>(settings);
+  std::exit(0);
 }
 
-TEST(IdleSettings, PosesWithoutTheCovarianceThatIsToCountAreTold)
+/// Expects that a new process, which has not warned of anything yet, prints this when it builds a map twice.
+template <typename Map>
+void expectToldOnce(const Settings& settings, const std::string& warning)
 {
-  const Settings settings = {{"insertOpts.usePoseCovariance", "true"}};
-  EXPECT_EQ(
-      cellsAndWarnings<CHilbertMap>(settings).second,
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(teachTwice<Map>(settings), testing::ExitedWithCode(0), testing::Eq(warning));
+}
+
+TEST(IdleSettingsDeathTest, AreToldOnceAndWithTheReason)
+{
+  expectToldOnce<CBGKMap>(
+      {{"insertOpts.hitDownsampling", "0.75"}},
+      "warning: lamap::CBGKMap: insertOpts.hitDownsampling = 0.75 has no effect: it matters only if "
+      "insertOpts.trainingPoints is centroids (it is cells)\n");
+}
+
+TEST(IdleSettingsDeathTest, PosesWithoutTheCovarianceThatIsToCountAreTold)
+{
+  expectToldOnce<CHilbertMap>(
+      {{"insertOpts.usePoseCovariance", "true"}},
       "warning: insertOpts.usePoseCovariance = true: the pose of a scan has no covariance, or a zero one; "
       "such scans count as certain\n");
   EXPECT_EQ(cellsAndWarnings<CHilbertMap>({}).second, "");
