@@ -324,10 +324,19 @@ TEST(Serialization, PlyAndSceneKeepCellsApartInUtmCoordinates)
     ASSERT_TRUE(scene.loadFromFile(folder.file("utm.3Dscene")));
     const auto voxels = scene.getByClass<mrpt::opengl::COctoMapVoxels>();
     ASSERT_TRUE(voxels);
-    std::set<float> places;
+    ASSERT_EQ(voxels->getVoxelCount(mrpt::opengl::VOXEL_SET_OCCUPIED), kCells);
+    std::set<int64_t> steps;  // the order of voxels is none
     for (size_t i = 0; i < kCells; ++i)
-      places.insert(voxels->getVoxel(mrpt::opengl::VOXEL_SET_OCCUPIED, i).coords.x);
-    EXPECT_EQ(places.size(), kCells);
+    {
+      const mrpt::math::TPoint3D coords(voxels->getVoxel(mrpt::opengl::VOXEL_SET_OCCUPIED, i).coords);
+      const auto centre = voxels->getPose() + mrpt::math::TPose3D(coords);
+      const auto step = std::llround((centre.x - first.x()) / 0.1);
+      EXPECT_NEAR(centre.x, first.x() + 0.1 * static_cast<double>(step), 1e-5) << i;
+      EXPECT_NEAR(centre.y, first.y(), 1e-5) << i;
+      EXPECT_NEAR(centre.z, first.z(), 1e-5) << i;
+      steps.insert(step);
+    }
+    EXPECT_EQ(steps, (std::set<int64_t>{0, 1, 2, 3, 4}));
   }
 }
 

@@ -391,6 +391,28 @@ TEST(ExportScene, HoldsStockObjectsWithEveryOccupiedCell)
   EXPECT_EQ(voxels->getVoxel(0, 0).side_length, 0.5);
 }
 
+// A file holds the pose of an object as floats, which are 0.5 m apart there.
+TEST(ExportScene, HoldsCellsAtTheirPlacesInUtmCoordinates)
+{
+  const TemporaryFolder folder;
+  HandMadeCells map(0.1);
+  for (int i = 0; i < 5; ++i) map.put({4481234 + i, 54123456, 3102}, 0.9, CellState::Occupied);
+  exportMap(map, folder / "map.3Dscene");
+  mrpt::opengl::COpenGLScene scene;
+  ASSERT_TRUE(scene.loadFromFile(folder / "map.3Dscene"));
+  const auto voxels = std::dynamic_pointer_cast<mrpt::opengl::COctoMapVoxels>(scene.getByName("cells"));
+  ASSERT_TRUE(voxels);
+  ASSERT_EQ(voxels->getVoxelCount(0), 5U);
+  for (size_t i = 0; i < 5; ++i)
+  {
+    const auto centre =
+        voxels->getPose() + mrpt::math::TPose3D(mrpt::math::TPoint3D(voxels->getVoxel(0, i).coords));
+    EXPECT_NEAR(centre.x, 448123.45 + 0.1 * static_cast<double>(i), 1e-5);
+    EXPECT_NEAR(centre.y, 5412345.65, 1e-5);
+    EXPECT_NEAR(centre.z, 310.25, 1e-5);
+  }
+}
+
 struct Pgm
 {
   size_t width = 0;

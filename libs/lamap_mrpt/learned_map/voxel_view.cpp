@@ -2,6 +2,7 @@
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_mrpt/learned_map/cell_hash.h>
 #include <lamap_mrpt/learned_map/occupied_cells.h>
+#include <lamap_mrpt/learned_map/scene_anchor.h>
 #include <mrpt/img/color_maps.h>
 #include <mrpt/opengl/CSetOfObjects.h>
 #include <tsl/robin_map.h>
@@ -48,6 +49,12 @@ class Scale
   double high_ = std::numeric_limits<double>::lowest();
 };
 
+/// The lowest corner of a cell [m].
+Eigen::Vector3d cornerOf(const CellIndex& cell, double resolution_m)
+{
+  return resolution_m * Eigen::Vector3d(cell.x, cell.y, cell.z);
+}
+
 double coloured(CLearnedMap::ColourBy by, const CellIndex& cell, const CellEstimate& estimate)
 {
   if (by == CLearnedMap::ColourBy::Probability) return estimate.prob;
@@ -58,9 +65,9 @@ double coloured(CLearnedMap::ColourBy by, const CellIndex& cell, const CellEstim
 class VoxelView
 {
  public:
-  /// @param base  the cell that the cubes' coordinates are relative to
-  VoxelView(const CLearnedMap& map, const CellIndex& base, COctoMapVoxels& voxels)
-      : map_(map), base_(base), voxels_(voxels)
+  /// @param anchor_map  what the cubes' coordinates are relative to
+  VoxelView(const CLearnedMap& map, const Eigen::Vector3d& anchor_map, COctoMapVoxels& voxels)
+      : map_(map), anchor_map_(anchor_map), voxels_(voxels)
   {
     const auto& options = map.renderingOptions;
     map.visitCells(
@@ -100,10 +107,8 @@ class VoxelView
   void add(mrpt::opengl::predefined_voxel_sets_t set, const CellIndex& cell, const CellEstimate& estimate,
            double opacity)
   {
-    const Eigen::Vector3d fromBase(static_cast<double>(cell.x) - base_.x,
-                                   static_cast<double>(cell.y) - base_.y,
-                                   static_cast<double>(cell.z) - base_.z);
-    const Eigen::Vector3f centre = ((fromBase.array() + 0.5) * map_.resolution()).matrix().cast<float>();
+    const Eigen::Vector3d halfCell = Eigen::Vector3d::Constant(0.5 * map_.resolution());
+    const Eigen::Vector3f centre = (cornerOf(cell, map_.resolution()) + halfCell - anchor_map_).cast<float>();
     const float place = scale_(coloured(map_.renderingOptions.colourBy, cell, estimate));
     // Without the dark ends of the colour map, which lighting would turn black.
     constexpr float kBlue = 0.125f;
@@ -115,40 +120,41 @@ class VoxelView
   }
 
   const CLearnedMap& map_;
-  CellIndex base_;
+  Eigen::Vector3d anchor_map_;
   COctoMapVoxels& voxels_;
   CellEstimates occupied_;
   CellEstimates free_;
   Scale scale_;
 };
-/// Cell 0, unless floats do not tell the cells of the box apart when counted from there: then its first one.
-CellIndex baseOf(const ObservedBox& box)
+
+/** The origin, unless floats do not tell the cells of the box apart from there: then a place near its lowest
+ * corner. */
+Eigen::Vector3d anchorOf(const ObservedBox& box, double resolution_m)
 {
-  if (!box.any) return {0, 0, 0};
+  if (!box.any) return Eigen::Vector3d::Zero();
   double farthest = 0;  // in cells
   for (const CellIndex& cell : {box.low, box.high})
     for (const int index : {cell.x, cell.y, cell.z}) farthest = std::max(farthest, std::abs(index + 0.5));
   constexpr double kMaxError = 0.05;  // of a cell
   const bool isFar = farthest * static_cast<double>(std::numeric_limits<float>::epsilon()) / 2 > kMaxError;
-  return isFar ? box.low : CellIndex{0, 0, 0};
+  if (!isFar) return Eigen::Vector3d::Zero();
+  return sceneAnchorNear(cornerOf(box.low, resolution_m));
 }
 }  // namespace
 
 void CLearnedMap::getAsOctoMapVoxels(COctoMapVoxels& voxels) const
 {
   const auto observed = observedBox();
-  const CellIndex base = baseOf(*observed);
-  VoxelView(*this, base, voxels).fill();
+  const Eigen::Vector3d anchor_map = anchorOf(*observed, resolution());
+  VoxelView(*this, anchor_map, voxels).fill();
   auto box = boundingBox();
-  if (!(base == CellIndex{0, 0, 0}))
+  if (!anchor_map.isZero(0))
   {
-    const double r = resolution();
-    const auto cells = [](int low, int high) { return static_cast<double>(high) - low + 1; };
-    const CellIndex& high = observed->high;
-    box = {{0, 0, 0},
-           {static_cast<float>(cells(base.x, high.x) * r), static_cast<float>(cells(base.y, high.y) * r),
-            static_cast<float>(cells(base.z, high.z) * r)}};
-    voxels.setLocation(base.x * r, base.y * r, base.z * r);
+    const Eigen::Vector3d edges = Eigen::Vector3d::Constant(resolution());
+    const Eigen::Vector3f low = (cornerOf(observed->low, resolution()) - anchor_map).cast<float>();
+    const Eigen::Vector3f high = (cornerOf(observed->high, resolution()) + edges - anchor_map).cast<float>();
+    box = {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}};
+    voxels.setLocation(anchor_map.x(), anchor_map.y(), anchor_map.z());
   }
   voxels.setBoundingBox(mrpt::math::TPoint3D(box.min), mrpt::math::TPoint3D(box.max));
   voxels.showGridLines(renderingOptions.generateGridLines);

@@ -1,4 +1,5 @@
 #include <lamap_mrpt/files/atomic_file.h>
+#include <lamap_mrpt/learned_map/scene_anchor.h>
 #include <lamap_tools/cells/cell_table.h>
 #include <lamap_tools/export/export_map.h>
 #include <lamap_tools/pictures/palette.h>
@@ -17,11 +18,14 @@ namespace lamap::tools
 {
 namespace
 {
-/// Voxels relative to the first cell of the extent: they are floats, their object's pose is not.
+/// Voxels relative to a place near the first cell of the extent. They are floats, and so is the pose of their
+/// object in a file: the place is one whose coordinates are floats.
 mrpt::opengl::COctoMapVoxels::Ptr voxelsOf(const CellMap& map, const StateSet& states,
                                            const CellExtent& extent)
 {
   const double r = map.resolution();
+  const Eigen::AlignedBox3d box_m = extent.box_m(r);
+  const Eigen::Vector3d anchor_map = sceneAnchorNear(box_m.min());
   const double span = std::max(1.0, static_cast<double>(extent.last.z) - extent.first.z);
   auto voxels = mrpt::opengl::COctoMapVoxels::Create();
   voxels->setVisualizationMode(mrpt::opengl::COctoMapVoxels::FIXED);
@@ -36,18 +40,16 @@ mrpt::opengl::COctoMapVoxels::Ptr voxelsOf(const CellMap& map, const StateSet& s
         const bool occupied = estimate.state == CellState::Occupied;
         constexpr uint8_t kFaint = 20;
         if (!occupied) color.A = kFaint;
-        const mrpt::math::TPoint3Df centre(
-            static_cast<float>((static_cast<double>(cell.x) - extent.first.x + 0.5) * r),
-            static_cast<float>((static_cast<double>(cell.y) - extent.first.y + 0.5) * r),
-            static_cast<float>((up + 0.5) * r));
-        voxels->push_back_Voxel(occupied ? 0 : 1, {centre, r, color});
+        const Eigen::Vector3d half(0.5, 0.5, 0.5);
+        const Eigen::Vector3f centre =
+            (r * (Eigen::Vector3d(cell.x, cell.y, cell.z) + half) - anchor_map).cast<float>();
+        voxels->push_back_Voxel(occupied ? 0 : 1, {{centre.x(), centre.y(), centre.z()}, r, color});
       });
   voxels->enableCubeTransparency(voxels->getVoxelCount(1) > 0);
-  const auto cells = [](int32_t first, int32_t last) { return static_cast<double>(last) - first + 1; };
-  voxels->setBoundingBox({0, 0, 0},
-                         {cells(extent.first.x, extent.last.x) * r, cells(extent.first.y, extent.last.y) * r,
-                          cells(extent.first.z, extent.last.z) * r});
-  voxels->setLocation(extent.first.x * r, extent.first.y * r, extent.first.z * r);
+  const Eigen::Vector3d low = box_m.min() - anchor_map;
+  const Eigen::Vector3d high = box_m.max() - anchor_map;
+  voxels->setBoundingBox({low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()});
+  voxels->setLocation(anchor_map.x(), anchor_map.y(), anchor_map.z());
   voxels->setName("cells");
   return voxels;
 }
