@@ -181,9 +181,9 @@ TEST_F(Notes, ScansWithoutAReturnThatMadeFreeSpaceAreCounted)
   EXPECT_EQ(
       notes[0],
       log +
-          ": BLIND: of 4 scans, 2 hold no return at all, and 1 hold one for at most every tenth ray. They "
-          "make free space; if the sensor was blinded or dead, leave that out: -s "
-          "insertOpts.considerInvalidRangesAsFreeSpace=false, or --sensors without it");
+          ": BLIND: free space comes from 2 of 4 scans without a single return and 1 of 4 scans with "
+          "hardly one (for at most every tenth ray). If the sensor was blinded or dead, leave them out: "
+          "-s insertOpts.considerInvalidRangesAsFreeSpace=false, or --sensors without it");
   EXPECT_EQ(infoNotesOf(log), notes);
   EXPECT_TRUE(notesOf({log}, {"insertOpts.considerInvalidRangesAsFreeSpace=false"}).empty());
   write({blinded(0), blinded(1)});
@@ -210,7 +210,8 @@ TEST_F(Notes, PingsWithoutAnEchoAreScansWithoutAReturn)
   writeLog(folder_ / "a.rawlog", objects);
   const auto notes = notesOf({folder_ / "a.rawlog"});
   ASSERT_EQ(notes.size(), 1U);
-  EXPECT_TRUE(contains(notes[0], "SONAR: of 4 scans, 2 hold no return at all.")) << notes[0];
+  EXPECT_TRUE(contains(notes[0], "SONAR: free space comes from 2 of 4 scans without a single return."))
+      << notes[0];
 }
 
 TEST_F(Notes, NothingIsSaidOfPosesThatDoNotDrift)

@@ -398,6 +398,7 @@ TEST_F(PcdFolderOfScans, APointThatRoundingPutsBesideTheSensorIsNoReturn)
       {floatPcd({448123.4F, 5412345.6F, 310.2F}, "448123.4 5412345.6 310.2"), true},
       {floatPcd({1234.5674F, 0.3F, 0}, "1234.57 0.3 0"), true},
       {pcd({{12.345, -3.21, 0.75}}, "12.3450004 -3.2100001 0.75 1 0 0 0"), true},
+      {pcd({{12.345, -3.21, 0.751}}, "12.345 -3.21 0.75 1 0 0 0"), true},
       {floatPcd({12.345F, -3.21F, 0.76F}, "12.345 -3.21 0.75"), false},
       {floatPcd({1234.5674F, 0.3F, 0}, "1234.60 0.3 0"), false},
       {floatPcd({448123.4F, 5412347, 310.2F}, "448123.4 5412345.6 310.2"), false},

@@ -106,12 +106,14 @@ std::optional<std::string> emptyScansNote(const std::string& path, const std::st
                                           const EmptyScans& scans, bool isAlone)
 {
   if (scans.empty + scans.nearlyEmpty == 0) return std::nullopt;
-  std::string note = path + ": " + sensor +
-                     mrpt::format(": of %zu scans, %zu hold no return at all", scans.scans, scans.empty);
+  std::vector<std::string> kinds;
+  const std::string all = mrpt::format(" of %zu scans", scans.scans);
+  if (scans.empty > 0) kinds.push_back(std::to_string(scans.empty) + all + " without a single return");
   if (scans.nearlyEmpty > 0)
-    note += mrpt::format(", and %zu hold one for at most every tenth ray", scans.nearlyEmpty);
-  return note +
-         ". They make free space; if the sensor was blinded or dead, leave that out: "
+    kinds.push_back(std::to_string(scans.nearlyEmpty) + all +
+                    " with hardly one (for at most every tenth ray)");
+  return path + ": " + sensor + ": free space comes from " + joined(kinds, " and ") +
+         ". If the sensor was blinded or dead, leave them out: "
          "-s insertOpts.considerInvalidRangesAsFreeSpace=false" +
          (isAlone ? "" : ", or --sensors without it");
 }

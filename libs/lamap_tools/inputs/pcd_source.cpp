@@ -280,7 +280,8 @@ class PcdSource : public ScanSource
   /// How far apart the numbers may put two points that are the same: this one and the sensor.
   [[nodiscard]] Eigen::Vector3d roundingOf(const PcdCloud& cloud, const Eigen::Isometry3d& frame) const
   {
-    constexpr double kThreeDecimals_m = 1e-3;  // no sensor measures as near
+    // Two numbers of three decimals, each half of the last one off; no sensor measures as near.
+    constexpr double kThreeDecimals_m = 1e-3 * (1 + 1e-9);
     Eigen::Vector3d rounding = Eigen::Vector3d::Constant(kThreeDecimals_m);
     if (inSensorFrame_) return rounding;
     const Eigen::Vector3d size = frame.translation().cwiseAbs().array() + sensorOrigin_.norm();
