@@ -9,6 +9,8 @@
 #include <mrpt/maps/TMetricMapInitializer.h>
 #include <mrpt/opengl/COpenGLScene.h>
 
+#include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <iterator>

@@ -139,6 +139,18 @@ TEST(CloudFrameWatch, FindsBothMistakesInARoom)
   }
 }
 
+// Nothing but the ends tells one place of a corridor from another.
+TEST(CloudFrameWatch, FindsBothMistakesInACorridor)
+{
+  std::vector<PosedCloud> clouds;
+  for (int i = 0; i < 100; ++i)
+  {
+    const Eigen::Vector3d place(0.3 * i, 0.1 * std::sin(i), 0);
+    clouds.push_back({poseAt(place, 0), boxSeenFrom(place, {50, 1.5, 1.5}, 0, M_PI)});
+  }
+  expectBothMistakesAreFound(clouds);
+}
+
 TEST(CloudFrameWatch, SaysNothingFarFromTheOriginOfCloudsThatAreWhereTheyAreTakenToBe)
 {
   auto clouds = driven(20, [](const auto& place, double yaw) { return boxSeenFrom(place, kRoom, yaw, 0.5); });

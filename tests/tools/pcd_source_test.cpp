@@ -339,6 +339,23 @@ TEST_F(PcdFolderOfScans, NumberedFilesTakePosesInTheirOrder)
   EXPECT_FALSE(says(reading.notes, "disagree") || says(reading.notes, "earlier")) << reading.notes;
 }
 
+TEST_F(PcdFolderOfScans, NamesThatAreTimesOfNoPoseAreNoticed)
+{
+  for (const char* name : {"1305031102.1", "1305031102.2"})
+    folder_.write(std::string(name) + ".pcd", pcd({{1, 0, 0}}));
+  options_.posesPath = poses_.write("p.tum", "1405031102.1 10 0 0 0 0 0 1\n1405031102.2 20 0 0 0 0 0 1\n");
+  const Reading reading = readAll(options_);
+  EXPECT_EQ(xOfCentres(reading.scans), (std::vector<double>{10, 20})) << "in their order";
+  EXPECT_TRUE(says(reading.notes, "from the given file, the k-th for the k-th file")) << reading.notes;
+  EXPECT_TRUE(says(reading.notes,
+                   "its names look like times, 1305031102.1000 to 1305031102.2000 s, but are not those of "
+                   "the poses, 1405031102.1000 to 1405031102.2000 s"))
+      << reading.notes;
+  options_.posesPath = poses_.write("q.tum", "1305031102.1 10 0 0 0 0 0 1\n1305031102.2 20 0 0 0 0 0 1\n");
+  EXPECT_TRUE(says(readAll(options_).notes, "from the given file, by the times that are the names"));
+  EXPECT_FALSE(says(readAll(options_).notes, "look like"));
+}
+
 // In natural order, 9 comes before 25; as decimals, .25 comes before .9.
 TEST_F(PcdFolderOfScans, SaysWhereNaturalOrderAndTimesDisagree)
 {

@@ -357,7 +357,8 @@ bool CLearnedMap::tally(const RayCounts& counts)
   tellOnce(tallied_.notFinite, counts.notFinite, "they are NaN or infinite");
   tellOnce(tallied_.outside, counts.outside, "they end beyond what cell indices can address");
   if (tallied_.tooNear == 0 && counts.tooNear > 0)
-    MRPT_LOG_INFO_STREAM(counts.tooNear << " rays of a scan are ignored: closer than the minimum range");
+    MRPT_LOG_INFO_STREAM(counts.tooNear
+                         << " rays of a scan are ignored: closer than the minimum range, or on the sensor");
   tallied_ += counts;
   if (counts.used() == 0) return false;
   ++scansUsed_;

@@ -227,10 +227,14 @@ bool isOther(const Look& taken, const Look& other)
   if (other.range_m > kFarther * taken.range_m) return false;
   constexpr double kChance = 0.1;  // how far the directions of any two scans may differ
   constexpr double kClearly = 1.5;
-  const bool directionsSaySo = taken.difference >= kChance && taken.difference >= kClearly * other.difference;
+  constexpr double kDecidedly = 3;
+  const auto isFactorAbove = [&](double factor)
+  { return taken.difference >= std::max(kChance, factor * other.difference); };
+  // In a corridor, scans agree wherever along it they are put.
+  const bool directionsDecide = other.difference < kChance && isFactorAbove(kDecidedly);
   constexpr double kContradicts = -0.1;
   constexpr double kSaysSoAlone = 0.3;
-  return (directionsSaySo && gain > kContradicts) ||
+  return directionsDecide || (isFactorAbove(kClearly) && gain > kContradicts) ||
          (gain >= kSaysSoAlone && other.difference <= taken.difference);
 }
 }  // namespace

@@ -4,6 +4,7 @@
 #include <lamap_tools/inputs/cloud_frame_watch.h>
 #include <lamap_tools/inputs/pcd_file.h>
 #include <lamap_tools/inputs/pcd_source.h>
+#include <mrpt/core/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -132,6 +133,29 @@ bool takePosesByTime(const PosesByTime& poses, std::vector<PcdInput>& inputs)
       input.poses.push_back(pose);
     }
   return matched == files || (!mayCount && 2 * matched > files);
+}
+
+/// What to say where names look like times, but poses were not taken by them; nothing where they do not.
+std::optional<std::string> noteOnNamesOf(const PcdInput& input, const std::vector<TimedPose>& poses)
+{
+  std::vector<double> names_s;
+  for (const std::string& file : input.files)
+  {
+    const auto time = timeInName(file);
+    if (!time || time->mayCount) return std::nullopt;
+    names_s.push_back(time->time_s);
+  }
+  std::vector<double> poses_s;
+  for (const TimedPose& pose : poses)
+    if (pose.time != INVALID_TIMESTAMP) poses_s.push_back(mrpt::Clock::toDouble(pose.time));
+  if (names_s.empty() || poses_s.empty()) return std::nullopt;
+  const auto spanText = [](const std::vector<double>& times_s)
+  {
+    const auto [first, last] = std::minmax_element(times_s.begin(), times_s.end());
+    return mrpt::format("%.4f to %.4f s", *first, *last);
+  };
+  return "its names look like times, " + spanText(names_s) + ", but are not those of the poses, " +
+         spanText(poses_s) + ": are the poses those of another log?";
 }
 
 /// Puts the files of a folder in the order of their times, and tells if it was another one.
@@ -314,8 +338,11 @@ std::vector<std::unique_ptr<ScanSource>> openPcdSources(const std::vector<std::s
     else
       takePosesInOrder(poses, options.posesPath, inputs);
     for (PcdInput& input : inputs)
+    {
+      if (const auto note = byTime ? std::nullopt : noteOnNamesOf(input, poses)) input.notes.push_back(*note);
       input.posesOrigin = std::string("the given file, ") +
                           (byTime ? "by the times that are the names" : "the k-th for the k-th file");
+    }
   }
   const auto shared =
       std::make_shared<PcdSource::Shared>(PcdSource::Shared{CloudFrameWatch(options.cloudFrame), paths});
