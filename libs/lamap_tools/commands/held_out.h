@@ -33,7 +33,7 @@ struct HeldOutReport
   double maxRange_m = 0;
   std::vector<InputReport> inputs;
   std::vector<std::string> inputNotes;
-  bool stopped = false;            ///< because it was asked to: there are no scores then
+  bool stopped = false;  ///< because it was asked to: there are no scores then
 };
 
 /** Scores a map without knowing the truth: it is built from all scans but every N-th, and asked about what
