@@ -2,6 +2,7 @@
 // m.
 #include <gtest/gtest.h>
 #include <lamap_core/hilbert/map.h>
+#include <lamap_core/hilbert/state.h>
 #include <lamap_core/overlapping/map.h>
 #include <lamap_sim/scanner.h>
 
@@ -34,7 +35,7 @@ std::vector<Scan> corridorScans()
   return scans;
 }
 
-TEST(HilbertMemory, OneModelOfACorridorStaysBelow2Megabytes)
+TEST(HilbertMemory, OneModelOfACorridorStaysBelow2MegabytesAnd10BytesPerCellInWhichRaysEnded)
 {
   HilbertInference inference;
   inference.maxRange = kRangeMax_m;
@@ -42,7 +43,11 @@ TEST(HilbertMemory, OneModelOfACorridorStaysBelow2Megabytes)
   for (const Scan& scan : corridorScans()) ASSERT_GT(map.insert(scan, inference).hits, 4000u);
   EXPECT_GT(map.weightCount(), 100000u);  // it is the whole corridor
   EXPECT_GE(map.memoryBytes(), 8 * map.weightCount());
-  EXPECT_LT(map.memoryBytes(), 2000000u);
+  EXPECT_LT(map.lattice().memoryBytes(), 2000000u);
+  size_t hits = 0;
+  for (const HilbertState::HitBlock& block : map.state().hits) hits += block.votes.size();
+  EXPECT_GT(hits, 100000u);
+  EXPECT_LT(map.memoryBytes() - map.lattice().memoryBytes(), 10 * hits);
   RecordProperty("bytes", static_cast<int>(map.memoryBytes()));
 }
 
