@@ -30,13 +30,14 @@ struct Pole
 };
 
 /// Distance to the walls of the room, or to the pole, from a place inside.
-double rangeIn(const Pole& pole, const Eigen::Vector2d& from, const Eigen::Vector2d& direction)
+double rangeIn(const Pole& pole, const Eigen::Vector2d& from, const Eigen::Vector2d& direction,
+               const Eigen::Vector2d& halfSize)
 {
   const auto toWall = [&](int axis, double half)
   {
     return direction[axis] == 0 ? 1e9 : ((direction[axis] > 0 ? half : -half) - from[axis]) / direction[axis];
   };
-  double range_m = std::min(toWall(0, kHalfWidth_m), toWall(1, kHalfDepth_m));
+  double range_m = std::min(toWall(0, halfSize.x()), toWall(1, halfSize.y()));
   const Eigen::Vector2d to = pole.centre - from;
   const double along = to.dot(direction);
   const double aside = to.squaredNorm() - along * along;
@@ -45,7 +46,8 @@ double rangeIn(const Pole& pole, const Eigen::Vector2d& from, const Eigen::Vecto
   return range_m;
 }
 
-mrpt::obs::CObservation2DRangeScan scanIn(const Pole& pole, const Eigen::Vector2d& from)
+mrpt::obs::CObservation2DRangeScan scanIn(const Pole& pole, const Eigen::Vector2d& from,
+                                          const Eigen::Vector2d& halfSize = {kHalfWidth_m, kHalfDepth_m})
 {
   constexpr size_t kBeams = 541;
   mrpt::obs::CObservation2DRangeScan scan;
@@ -56,10 +58,25 @@ mrpt::obs::CObservation2DRangeScan scanIn(const Pole& pole, const Eigen::Vector2
   {
     const double azimuth = scan.aperture * (static_cast<double>(i) / (kBeams - 1) - 0.5);
     const Eigen::Vector2d direction(std::cos(azimuth), std::sin(azimuth));
-    scan.setScanRange(i, static_cast<float>(rangeIn(pole, from, direction)));
+    scan.setScanRange(i, static_cast<float>(rangeIn(pole, from, direction, halfSize)));
     scan.setScanRangeValidity(i, true);
   }
   return scan;
+}
+
+/// Where a ray of a scan ended.
+Eigen::Vector2d endOf(const mrpt::obs::CObservation2DRangeScan& scan, size_t ray, const Eigen::Vector2d& from)
+{
+  const double azimuth =
+      scan.aperture * (static_cast<double>(ray) / static_cast<double>(scan.getScanSize() - 1) - 0.5);
+  return from +
+         static_cast<double>(scan.getScanRange(ray)) * Eigen::Vector2d(std::cos(azimuth), std::sin(azimuth));
+}
+
+std::pair<int, int> cellOf(const Eigen::Vector2d& place)
+{
+  return {static_cast<int>(std::floor(place.x() / kResolution_m)),
+          static_cast<int>(std::floor(place.y() / kResolution_m))};
 }
 
 template <typename Map>
@@ -99,13 +116,8 @@ TYPED_TEST(ReadingLaws, AThinPoleThatEveryScanHitsIsNotFree)
       std::set<std::pair<int, int>> hit;
       for (size_t i = 0; i < scan.getScanSize(); ++i)
       {
-        const double azimuth =
-            scan.aperture * (static_cast<double>(i) / static_cast<double>(scan.getScanSize() - 1) - 0.5);
-        const Eigen::Vector2d end = place + static_cast<double>(scan.getScanRange(i)) *
-                                                Eigen::Vector2d(std::cos(azimuth), std::sin(azimuth));
-        if ((end - pole.centre).norm() < pole.radius_m + 1e-3)
-          hit.insert({static_cast<int>(std::floor(end.x() / kResolution_m)),
-                      static_cast<int>(std::floor(end.y() / kResolution_m))});
+        const Eigen::Vector2d end = endOf(scan, i, place);
+        if ((end - pole.centre).norm() < pole.radius_m + 1e-3) hit.insert(cellOf(end));
       }
       for (const auto& cell : hit) ++scansThatHit[cell];
     }
@@ -124,6 +136,35 @@ TYPED_TEST(ReadingLaws, AThinPoleThatEveryScanHitsIsNotFree)
     }
     EXPECT_GT(alwaysHit, 0U);
   }
+}
+
+/// A wall is hit here and there where a laser looks along it, and rays to its farther parts pass close by.
+TYPED_TEST(ReadingLaws, AWallAtAGlancingAngleIsNotFree)
+{
+  constexpr double kHalfLength_m = 9;
+  constexpr double kAside_m = 1.03;
+  auto map = planarMap<TypeParam>();
+  std::set<std::pair<int, int>> hit;
+  for (const Eigen::Vector2d& place : placesInTheRoom())
+  {
+    const auto scan = scanIn({}, place, {kHalfLength_m, kAside_m});
+    map.insertObservation(scan, mrpt::poses::CPose3D(place.x(), place.y(), 0, 0, 0, 0));
+    for (size_t i = 0; i < scan.getScanSize(); ++i)
+    {
+      const Eigen::Vector2d end = endOf(scan, i, place);
+      const bool isFarAlong = end.x() > 2 && std::abs(end.y()) > kAside_m - 1e-3;
+      if (isFarAlong) hit.insert(cellOf(end));
+    }
+  }
+  size_t free = 0;
+  for (const auto& [x, y] : hit)
+  {
+    const auto held = map.estimateCell({x, y, *map.planarLayer()});
+    ASSERT_TRUE(held);
+    free += held->state == CellState::Free;
+  }
+  EXPECT_GT(hit.size(), 100U);
+  EXPECT_LE(free, 1U) << free << " of " << hit.size();
 }
 
 /// Loses every tenth reading, or so many neighbours at a time.

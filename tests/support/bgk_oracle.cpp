@@ -1,4 +1,6 @@
+#include <lamap_core/scan/glancing_surfaces.h>
 #include <lamap_core/scan/open_space.h>
+#include <lamap_core/scan/ray_selection.h>
 #include <support/bgk_oracle.h>
 
 #include <algorithm>
@@ -220,6 +222,27 @@ std::vector<Eigen::Vector3d> cellCentres(const std::vector<Eigen::Vector3d>& poi
                          (static_cast<double>(cell[2]) + 0.5) * resolution);
   return centres;
 }
+
+/// The cells that surfaces seen at a glancing angle pass through.
+std::set<Cell> cellsOfSurfaces(const Scan& scan, const BgkStructure& structure, const BgkInference& inference)
+{
+  std::set<Cell> cells;
+  const double height =
+      (std::floor(structure.planarHeight / structure.resolution) + 0.5) * structure.resolution;
+  const Scan selected = selectRays(scan, inference.resolved(structure.resolution).rangeLimits()).scan;
+  GlancingSurfaces surfaces;
+  for (const RayFan& fan : selected.fans)
+    for (const GlancingSurfaces::Piece& piece : surfaces.of(fan))
+    {
+      Eigen::Vector3d begin = selected.inMap(piece.begin);
+      Eigen::Vector3d end = selected.inMap(piece.end);
+      if (structure.planar) begin.z() = end.z() = height;
+      const int parts = static_cast<int>(2 * (end - begin).norm() / structure.resolution) + 1;
+      for (int i = 1; i < parts; ++i)
+        cells.insert(voxelOf(begin + (end - begin) * i / parts, structure.resolution));
+    }
+  return cells;
+}
 }  // namespace
 
 double oracleKernel(KernelShape shape, double distance_m, double support_m, double scale)
@@ -281,6 +304,15 @@ TrainingSet trainingSetOf(const Scan& scan, const BgkStructure& structure, const
   {
     training.hits_map = cellCentres(training.hits_map, resolution);
     training.frees_map = cellCentres(training.frees_map, resolution);
+    if (inference.protectHits > 0)
+    {
+      const std::set<Cell> surfaces = cellsOfSurfaces(scan, structure, inference);
+      const auto isOnSurface = [&](const Eigen::Vector3d& place)
+      { return surfaces.count(voxelOf(place, resolution)) > 0; };
+      training.frees_map.erase(
+          std::remove_if(training.frees_map.begin(), training.frees_map.end(), isOnSurface),
+          training.frees_map.end());
+    }
   }
   else
     training.frees_map = voxelMeans(training.frees_map, inference.freeDownsampling);

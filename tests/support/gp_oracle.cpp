@@ -141,6 +141,7 @@ TrainingSet taughtBy(const Scan& scan, const GpStructure& structure, const GpInf
   BgkInference rules;
   rules.freeSpace = resolved.freeSpace == GpFreeSpace::Samples ? FreeSpace::Samples : FreeSpace::None;
   rules.trainingPoints = resolved.trainingPoints;
+  rules.protectHits = resolved.protectHits;
   rules.freeResolution = resolved.freeResolution;
   rules.freeMargin = resolved.freeMargin;
   rules.freeDownsampling = resolved.freeDownsampling;

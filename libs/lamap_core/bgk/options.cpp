@@ -34,7 +34,8 @@ const OptionTable& BgkInference::optionTable()
                                      "weight of free evidence");
     addTrainingPointOptions(all)
         .add("protectHits", &Self::protectHits, plain().from(0).to(kWholeMost),
-             "a cell with this many hits in a scan takes no free evidence from it; 0: none is protected")
+             "a cell with this many hits in a scan takes no free evidence from it; 0: none is protected, nor "
+             "are surfaces at a glancing angle")
         .add("kernel", &Self::kernel, oneOf({"sparse", "sparseMatern32", "wendlandC2"}),
              "how evidence decreases with distance")
         // A kernel of hundreds of cells is a mistake in the unit, and would not end.

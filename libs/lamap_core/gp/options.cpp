@@ -41,7 +41,8 @@ const OptionTable& GpInference::optionTable()
     addFreeSampleOptions(all, 2);
     addTrainingPointOptions(all)
         .add("protectHits", &Self::protectHits, plain().from(0).to(kWholeMost),
-             "no free points in a cell with this many hits in a scan; 0: none is protected")
+             "no free points in a cell with this many hits in a scan; 0: none is protected, nor are surfaces "
+             "at a glancing angle")
         // A support of hundreds of cells is a mistake in the unit: each GP would speak of millions of cells.
         .add("kernelSupport", &Self::kernelSupport,
              metres().above(0).to(kMetresMost).atMostCells(64).usuallyCells(2),

@@ -1,4 +1,3 @@
-#include <lamap_core/scan/direction_angles.h>
 #include <lamap_core/scan/open_space.h>
 
 #include <algorithm>
@@ -9,16 +8,11 @@ namespace lamap
 {
 namespace
 {
-constexpr int kColumns = 360;
-constexpr int kAllRows = 180;
+constexpr int kColumns = DirectionBin::kColumns;
+constexpr int kAllRows = DirectionBin::kRows - 1;
 constexpr int kGap = 30;  ///< this many bins without any ray end a run
 constexpr float kNone = std::numeric_limits<float>::infinity();
 constexpr float kUnasked = 0;  ///< of a bin without any ray
-
-bool isDirection(const Eigen::Vector3d& v)
-{
-  return v.allFinite() && !v.isZero(0);
-}
 
 bool contains(const RayFan& fan, RayEnd meaning)
 {
@@ -37,10 +31,10 @@ OpenSpace::OpenSpace(const RayFan& fan, double rangeMin_m)
   {
     const bool hasReturn = ray.meaning == RayEnd::Return;
     const Eigen::Vector3d direction = hasReturn ? Eigen::Vector3d(ray.end - fan.centre) : ray.end;
-    if (!isDirection(direction)) continue;
+    if (!DirectionBin::hasOne(direction)) continue;
     const double range_m = hasReturn ? direction.norm() : 0;
     const bool isBound = range_m > 0 && range_m >= rangeMin_m;
-    seen.push_back({binOf(direction), isBound ? static_cast<float>(range_m) : kNone});
+    seen.push_back({DirectionBin::of(direction), isBound ? static_cast<float>(range_m) : kNone});
   }
   fill(seen);
 }
@@ -50,7 +44,7 @@ OpenSpace OpenSpace::between(const std::vector<Eigen::Vector3d>& ends)
   std::vector<Seen> seen;
   seen.reserve(ends.size());
   for (const Eigen::Vector3d& end : ends)
-    if (isDirection(end)) seen.push_back({binOf(end), static_cast<float>(end.norm())});
+    if (DirectionBin::hasOne(end)) seen.push_back({DirectionBin::of(end), static_cast<float>(end.norm())});
   OpenSpace space;
   space.fill(seen);
   return space;
@@ -137,21 +131,7 @@ void OpenSpace::findReaches(const std::vector<float>& returns_m)
     }
 }
 
-OpenSpace::Bin OpenSpace::binOf(const Eigen::Vector3d& direction)
-{
-  // Scaled, so that no square is too small or too large.
-  const Eigen::Vector3f v = (direction / direction.cwiseAbs().maxCoeff()).cast<float>();
-  const float xx = v.x() * v.x();
-  const float yy = v.y() * v.y();
-  const Eigen::Array4f angles = anglesOf({v.y(), v.z(), 0, 0}, {v.x(), std::sqrt(xx + yy), 0, 0});
-  constexpr auto kDegree = static_cast<float>(3.141592653589793 / 180);
-  // Whole degrees stand in the middle of a bin: sensors like them.
-  const auto binAlong = [&](int angle, float lowest_deg, int count)
-  { return std::clamp(static_cast<int>(std::floor(angles[angle] / kDegree - lowest_deg + 0.5F)), 0, count); };
-  return {binAlong(1, -90, kAllRows), binAlong(0, -180, kColumns) % kColumns};
-}
-
-size_t OpenSpace::placeOf(const Bin& bin) const
+size_t OpenSpace::placeOf(const DirectionBin& bin) const
 {
   const int row = std::clamp(bin.row - firstRow_, 0, rows_ - 1);
   return static_cast<size_t>(row) * kColumns + static_cast<size_t>(bin.column);
@@ -159,7 +139,7 @@ size_t OpenSpace::placeOf(const Bin& bin) const
 
 double OpenSpace::reach_m(const Eigen::Vector3d& direction) const
 {
-  return rows_ == 0 ? kNone : reaches_m_[placeOf(binOf(direction))];
+  return rows_ == 0 ? kNone : reaches_m_[placeOf(DirectionBin::of(direction))];
 }
 
 bool OpenSpace::reaches(const Eigen::Vector3d& place) const

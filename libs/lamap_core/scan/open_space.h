@@ -1,5 +1,6 @@
 #pragma once
 
+#include <lamap_core/scan/direction_bins.h>
 #include <lamap_core/scan/scan.h>
 
 #include <cstdint>
@@ -35,21 +36,15 @@ class OpenSpace
   [[nodiscard]] double reach_m(const Eigen::Vector3d& direction) const;
 
  private:
-  struct Bin
-  {
-    int row;
-    int column;
-  };
   struct Seen
   {
-    Bin bin;
+    DirectionBin bin;
     float range_m;  ///< infinite: no return
   };
 
   OpenSpace() = default;
   void fill(const std::vector<Seen>& seen);
-  [[nodiscard]] static Bin binOf(const Eigen::Vector3d& direction);
-  [[nodiscard]] size_t placeOf(const Bin& bin) const;
+  [[nodiscard]] size_t placeOf(const DirectionBin& bin) const;
   [[nodiscard]] std::vector<float> firstReturns(const std::vector<float>& returns_m, int rowStep,
                                                 int columnStep) const;
   void findReaches(const std::vector<float>& returns_m);

@@ -45,6 +45,7 @@ SamplingRules HilbertSampling::rules() const
   rules.freeResolution = freeResolution;
   rules.freeMargin = freeMargin;
   rules.protectHits = asCells ? 1 : 0;
+  rules.keepGlancingSurfaces = asCells;
   rules.hitWeight = hitWeight;
   rules.freeWeight = freeWeight;
   return rules;

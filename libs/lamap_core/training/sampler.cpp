@@ -1,3 +1,4 @@
+#include <lamap_core/scan/glancing_surfaces.h>
 #include <lamap_core/training/point_groups.h>
 #include <lamap_core/training/sampler.h>
 
@@ -177,8 +178,17 @@ struct Sampler::Workspace
     std::vector<BlockMasks> masks;
   };
 
+  /// A piece of surface in the scan's frame [cells].
+  struct Piece
+  {
+    Eigen::Vector3d begin;
+    Eigen::Vector3d end;
+  };
+
   TrainingSet set;
   std::vector<TrainingRay> rays;
+  GlancingSurfaces glancing;
+  std::vector<Piece> surfaces;
   std::vector<Eigen::Vector3d> ends;  ///< of one fan's rays, with a hit or without
   PointGroups groups;
   PointGroups rawHits;
@@ -190,6 +200,8 @@ struct Sampler::Workspace
   void groupEnds(const RulesInCells& rules, const CellIndex& anchor, Visit&& visit);
   void markHits(const SamplingRules& rules);
   void markFreeCells(const RulesInCells& rules, unsigned threads);
+  void collectSurfaces(const Scan& scan, const RayFan& fan, const ScanFrame& frame);
+  void keepSurfaces();
   void sampleFreePoints(const RulesInCells& rules, const CellIndex& anchor);
   void addSegments();
   void openWindow();
@@ -324,6 +336,32 @@ void Sampler::Workspace::markFreeCells(const RulesInCells& rules, unsigned threa
   }
 }
 
+void Sampler::Workspace::collectSurfaces(const Scan& scan, const RayFan& fan, const ScanFrame& frame)
+{
+  for (const GlancingSurfaces::Piece& piece : glancing.of(fan))
+  {
+    const auto begin = frame.toLocal(scan.inMap(piece.begin));
+    const auto end = frame.toLocal(scan.inMap(piece.end));
+    if (begin && end) surfaces.push_back({*begin, *end});
+  }
+}
+
+/// Free cells through which a surface passes are not free.
+void Sampler::Workspace::keepSurfaces()
+{
+  for (const Piece& piece : surfaces)
+  {
+    const Eigen::Vector3d along = piece.end - piece.begin;
+    const int count = static_cast<int>(2 * along.norm()) + 1;  // every half a cell or less
+    for (int i = 1; i < count; ++i)
+    {
+      const CellIndex cell = cellOfLocal(piece.begin + along * (static_cast<double>(i) / count));
+      set.remove(&BlockMasks::free, cell);
+      set.remove(&BlockMasks::freeWithoutHit, cell);
+    }
+  }
+}
+
 void Sampler::Workspace::sampleFreePoints(const RulesInCells& rules, const CellIndex& anchor)
 {
   double expected = 0;
@@ -375,19 +413,22 @@ const TrainingSet& Sampler::sample(const SelectedRays& selected, const SamplingR
   set.freeSegments.clear();
   work.rays.clear();
   work.rawHits.clear();
+  work.surfaces.clear();
   work.bounds = {};
-  for (const RayFan& fan : selected.scan.fans) work.collectFan(selected.scan, fan, rules, frame);
+  const RulesInCells inCells(rules, frame.resolution_m());
+  const bool areSampled = rules.freeWeight > 0 && rules.freeSpace == FreeSpace::Samples;
+  const bool keepsSurfaces = rules.keepGlancingSurfaces && areSampled && inCells.asCells;
+  for (const RayFan& fan : selected.scan.fans)
+  {
+    work.collectFan(selected.scan, fan, rules, frame);
+    if (keepsSurfaces) work.collectSurfaces(selected.scan, fan, frame);
+  }
 
   work.openWindow();
   work.markHits(rules);
-  const RulesInCells inCells(rules, frame.resolution_m());
-  if (rules.freeWeight > 0 && rules.freeSpace == FreeSpace::Samples)
-  {
-    if (inCells.asCells)
-      work.markFreeCells(inCells, threads);
-    else
-      work.sampleFreePoints(inCells, frame.anchor());
-  }
+  if (areSampled && inCells.asCells) work.markFreeCells(inCells, threads);
+  if (areSampled && !inCells.asCells) work.sampleFreePoints(inCells, frame.anchor());
+  work.keepSurfaces();
   if (rules.freeWeight > 0 && rules.freeSpace == FreeSpace::Line) work.addSegments();
   for (BlockMasks& masks : set.masks)
   {

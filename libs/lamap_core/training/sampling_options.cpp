@@ -21,6 +21,7 @@ SamplingRules SamplingOptions::rulesWith(FreeSpace freeSpace) const
   rules.freeDownsampling = freeDownsampling;
   rules.hitDownsampling = *hitDownsampling;
   rules.protectHits = protectHits;
+  rules.keepGlancingSurfaces = protectHits > 0;
   return rules;
 }
 

@@ -39,8 +39,10 @@ struct SamplingRules
   double freeDownsampling = 0;  ///< `Centroids`: voxel edge in which free points are averaged; 0: none
   double hitDownsampling = 0;   ///< `Centroids`: voxel edge in which hits are averaged; 0: none
   uint32_t protectHits = 0;     ///< a cell with this many raw hits takes no free point; 0: none is protected
-  double hitWeight = 1;         ///< weight of a hit [-], > 0
-  double freeWeight = 1;        ///< weight of a free point [-]; 0: no free points
+  /// `Cells`: no free cell between the returns of a surface seen at a glancing angle, see GlancingSurfaces
+  bool keepGlancingSurfaces = false;
+  double hitWeight = 1;   ///< weight of a hit [-], > 0
+  double freeWeight = 1;  ///< weight of a free point [-]; 0: no free points
 };
 
 /// A length that is a whole number of cells but for the rounding of the division is that number: cells at

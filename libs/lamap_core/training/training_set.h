@@ -80,6 +80,7 @@ struct TrainingSet
 
   /// @param cell relative to the anchor
   [[nodiscard]] bool isIn(CellMask BlockMasks::*mask, const CellIndex& cell) const;
+  void remove(CellMask BlockMasks::*mask, const CellIndex& cell);
 
   /// Calls visit(cell relative to the anchor) for each cell of a mask.
   template <typename Visit>
@@ -89,19 +90,39 @@ struct TrainingSet
    * free points where they are. Free points in protected cells are left out; segments are no points. */
   template <typename Visit>
   void forEachPoint(Visit&& visit) const;
+
+ private:
+  /// Where a cell is in the masks.
+  struct Place
+  {
+    int32_t block;  ///< −1: in none
+    size_t word;
+    uint64_t bit;
+  };
+  [[nodiscard]] Place placeOf(const CellIndex& cell) const;
 };
 
-inline bool TrainingSet::isIn(CellMask BlockMasks::*mask, const CellIndex& cell) const
+inline TrainingSet::Place TrainingSet::placeOf(const CellIndex& cell) const
 {
   const CellIndex inBlocks{cell.x + offset.x, cell.y + offset.y, cell.z + offset.z};
   const int32_t number = blocks.find(
       {inBlocks.x >> kScanBlockLog2Edge, inBlocks.y >> kScanBlockLog2Edge, inBlocks.z >> kScanBlockLog2Edge});
-  if (number < 0 || static_cast<size_t>(number) >= masks.size()) return false;
   constexpr int32_t kLow = kScanBlockEdge - 1;
-  const CellMask& cells = masks[static_cast<size_t>(number)].*mask;
-  return (cells[static_cast<size_t>(inBlocks.z & kLow)] >>
-              ((inBlocks.y & kLow) * kScanBlockEdge + (inBlocks.x & kLow)) &
-          1) != 0;
+  const bool isThere = number >= 0 && static_cast<size_t>(number) < masks.size();
+  return {isThere ? number : -1, static_cast<size_t>(inBlocks.z & kLow),
+          uint64_t{1} << ((inBlocks.y & kLow) * kScanBlockEdge + (inBlocks.x & kLow))};
+}
+
+inline bool TrainingSet::isIn(CellMask BlockMasks::*mask, const CellIndex& cell) const
+{
+  const Place place = placeOf(cell);
+  return place.block >= 0 && ((masks[static_cast<size_t>(place.block)].*mask)[place.word] & place.bit) != 0;
+}
+
+inline void TrainingSet::remove(CellMask BlockMasks::*mask, const CellIndex& cell)
+{
+  const Place place = placeOf(cell);
+  if (place.block >= 0) (masks[static_cast<size_t>(place.block)].*mask)[place.word] &= ~place.bit;
 }
 
 template <typename Visit>
