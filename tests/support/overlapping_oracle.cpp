@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 
 namespace lamap::test
 {
@@ -36,6 +38,35 @@ std::pair<int, int> binOf(const Eigen::Vector3d& d, double bin_deg, bool planar,
   };
   const int column = binAlong(std::atan2(d.y(), d.x()) + kPi);
   return {planar ? 0 : binAlong(std::atan2(d.z(), std::hypot(d.x(), d.y())) + kPi / 2), column};
+}
+/// Of the row, the one below and the one above; at the edge of the field as it goes on.
+double shortestAround(const std::map<int, double>& ofRow)
+{
+  const auto own = ofRow.find(0);
+  if (own == ofRow.end()) return 0;
+  const auto below = ofRow.find(-1);
+  const auto above = ofRow.find(1);
+  double shortest = own->second;
+  for (const auto& other : {below, above})
+    if (other != ofRow.end()) shortest = std::min(shortest, other->second);
+  if ((below == ofRow.end()) == (above == ofRow.end())) return shortest;
+  const double other = below != ofRow.end() ? below->second : above->second;
+  return std::min(shortest, std::max(0.0, 2 * own->second - other));
+}
+
+/// Of the part itself, else of the next ones to its left and right, up to ten away.
+double shortestBeside(const std::map<int, double>& ofPart)
+{
+  if (const auto own = ofPart.find(0); own != ofPart.end()) return own->second;
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const int side : {-1, 1})
+    for (int step = 1; step <= 10; ++step)
+      if (const auto next = ofPart.find(side * step); next != ofPart.end())
+      {
+        shortest = std::min(shortest, next->second);
+        break;
+      }
+  return std::isfinite(shortest) ? shortest : 0;
 }
 }  // namespace
 
@@ -138,7 +169,14 @@ OverlappingOracle::Seen OverlappingOracle::lookAt(const Model& model, const Eige
     const auto bin = binOf(d, inference_.fieldAngle, structure_.planar, doubtful);
     // All fans from the same place see together.
     double depth = 0;
-    double shortest = std::numeric_limits<double>::infinity();
+    std::map<int, double> shortestOfRow;   // relative to the bin's row, in its column
+    std::map<int, double> shortestOfPart;  // planar: relative to the place's fifth of a bin, round both ways
+    const double part_deg = inference_.fieldAngle / 5;
+    bool onEdgeOfPart = false;
+    const auto part = binOf(d, part_deg, structure_.planar, onEdgeOfPart);
+    if (structure_.planar && onEdgeOfPart) doubtful = true;
+    std::set<int> doubtfulParts;
+    const int parts = 5 * static_cast<int>(std::ceil(360.0 / inference_.fieldAngle));
     for (const Sensor& other : model.sensors)
     {
       if ((other.origin - sensor.origin).norm() > 1e-9 || other.rangeMax_m != sensor.rangeMax_m) continue;
@@ -147,15 +185,34 @@ OverlappingOracle::Seen OverlappingOracle::lookAt(const Model& model, const Eige
         if (structure_.planar) ray.z() = 0;
         bool rayDoubtful = false;
         const auto rayBin = binOf(ray, inference_.fieldAngle, structure_.planar, rayDoubtful);
+        bool partDoubtful = false;
+        const auto rayPart = binOf(ray, part_deg, structure_.planar, partDoubtful);
         // A ray on the edge of a bin may be on its other side.
         const bool touches =
             std::abs(rayBin.first - bin.first) <= 1 && std::abs(rayBin.second - bin.second) <= 1;
         if (rayDoubtful && touches) doubtful = true;
+        if (partDoubtful && structure_.planar) doubtfulParts.insert(rayPart.second - part.second);
+        const auto keep = [&](std::map<int, double>& shortest, int key)
+        {
+          const auto [held, isNew] = shortest.emplace(key, ray.norm());
+          if (!isNew) held->second = std::min(held->second, ray.norm());
+        };
         if (rayBin == bin) depth = std::max(depth, ray.norm());
-        if (rayBin.second == bin.second && std::abs(rayBin.first - bin.first) <= 1)
-          shortest = std::min(shortest, ray.norm());
+        if (rayBin.second == bin.second) keep(shortestOfRow, rayBin.first - bin.first);
+        for (const int turn : {-parts, 0, parts}) keep(shortestOfPart, rayPart.second - part.second + turn);
       }
     }
+    // Rays count that lie no farther away than the next ones to the left and to the right.
+    const auto next = [&](int side)
+    {
+      int step = 0;
+      while (step <= 10 && shortestOfPart.count(side * step) == 0) ++step;
+      return side * (step + 1);
+    };
+    for (const int doubt : doubtfulParts)
+      if (doubt >= next(-1) && doubt <= next(1)) doubtful = true;
+    const double shortest =
+        structure_.planar ? shortestBeside(shortestOfPart) : shortestAround(shortestOfRow);
     if (depth > 0 && within(depth + inference_.fieldDepth)) any.inField = true;
     // A share of the depth, in 1/255.
     const double share = depth > 0 ? std::min(shortest / depth * 255 + 1e-3, 255.0) : 0;

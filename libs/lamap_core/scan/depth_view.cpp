@@ -48,7 +48,7 @@ DepthView::DepthView(const Eigen::Vector3d& sensor, double rangeMax_m, const Fie
   image_.rows = allRows_;
   image_.columns = allColumns_;
   image_.depths_m.assign(size_t{allRows_} * allColumns_, 0.0f);
-  shortest_m_ = image_.depths_m;
+  shortest_m_.assign(image_.depths_m.size() * image_.partsOfBin(), 0.0f);
 }
 
 void DepthView::countBins()
@@ -79,23 +79,56 @@ void DepthView::addRay(const Eigen::Vector3d& fromSensor)
   const Bins bins =
       binsOf(Four::Constant(static_cast<float>(ray.x())), Four::Constant(static_cast<float>(ray.y())),
              Four::Constant(static_cast<float>(ray.z())));
-  const size_t bin = size_t{rowOf(bins.rows[0])} * allColumns_ + columnOf(bins.columns[0]);
+  const uint32_t column = columnOf(bins.columns[0]);
+  const size_t bin = size_t{rowOf(bins.rows[0])} * allColumns_ + column;
   const auto length = static_cast<float>(std::sqrt(ray.squaredNorm()));
   image_.depths_m[bin] = std::max(image_.depths_m[bin], length);
-  float& shortest = shortest_m_[bin];
+  float& shortest = shortest_m_[bin * image_.partsOfBin() + partOf(bins.columns[0], column)];
   shortest = shortest > 0 ? std::min(shortest, length) : length;
+}
+
+/// 0 where there is no ray. @param part of all parts of the row's bins
+float DepthView::shortestOf(uint32_t row, uint32_t part) const
+{
+  return shortest_m_[(size_t{row} * allColumns_) * image_.partsOfBin() + part];
+}
+
+/// Of the only row, before the image is cropped: the shorter of the next rays to the left and to the right of
+/// a part without rays, at most two bins away.
+float DepthView::shortestBeside(uint32_t part) const
+{
+  const uint32_t count = allColumns_ * image_.partsOfBin();
+  float left = 0;
+  float right = 0;
+  for (uint32_t step = 1; step <= std::min(2 * image_.partsOfBin(), count - 1); ++step)
+  {
+    if (!(left > 0)) left = shortestOf(0, (part + count - step) % count);
+    if (!(right > 0)) right = shortestOf(0, (part + step) % count);
+  }
+  return left > 0 && right > 0 ? std::min(left, right) : std::max(left, right);
 }
 
 /// Of the bin, the one above and the one below, before the image is cropped.
 float DepthView::shortestAround(uint32_t row, uint32_t column) const
 {
-  float shortest = std::numeric_limits<float>::infinity();
-  for (uint32_t y = row == 0 ? 0 : row - 1; y <= std::min(row + 1, allRows_ - 1); ++y)
-  {
-    const float length = shortest_m_[size_t{y} * allColumns_ + column];
-    if (length > 0) shortest = std::min(shortest, length);
-  }
+  const float own = shortestOf(row, column);
+  const float below = row > 0 ? shortestOf(row - 1, column) : 0.0f;
+  const float above = row + 1 < allRows_ ? shortestOf(row + 1, column) : 0.0f;
+  // A floor goes on below the lowest ring that meets it, a ceiling above the highest one.
+  const float beyond = own - (below > 0 ? below - own : above - own);
+  const bool isEdge = (below > 0) != (above > 0);
+  float shortest = own;
+  if (below > 0) shortest = std::min(shortest, below);
+  if (above > 0) shortest = std::min(shortest, above);
+  if (isEdge) shortest = std::min(shortest, std::max(beyond, 0.0f));
   return shortest;
+}
+
+float DepthView::openTo(uint32_t row, uint32_t part) const
+{
+  if (!image_.planar) return shortestAround(row, part);
+  const float own = shortestOf(row, part);
+  return own > 0 ? own : shortestBeside(part);
 }
 
 void DepthView::finish()
@@ -121,16 +154,18 @@ void DepthView::finish()
   cut.rows = any ? highRow - lowRow + 1 : 0;
   cut.columns = any ? highColumn - lowColumn + 1 : 0;
   cut.depths_m.reserve(size_t{cut.rows} * cut.columns);
-  cut.openShares.reserve(size_t{cut.rows} * cut.columns);
+  const uint32_t parts = image_.partsOfBin();
+  cut.openShares.reserve(size_t{cut.rows} * cut.columns * parts);
   for (uint32_t row = 0; row < cut.rows; ++row)
   {
     const float* from = image_.depths_m.data() + size_t{cut.firstRow + row} * allColumns_ + cut.firstColumn;
     cut.depths_m.insert(cut.depths_m.end(), from, from + cut.columns);
-    for (uint32_t column = 0; column < cut.columns; ++column)
-      cut.openShares.push_back(
-          from[column] > 0
-              ? shareOf(shortestAround(cut.firstRow + row, cut.firstColumn + column), from[column])
-              : uint8_t{0});
+    for (uint32_t part = 0; part < cut.columns * parts; ++part)
+    {
+      const float depth = from[part / parts];
+      const uint32_t inRow = cut.firstColumn * parts + part;
+      cut.openShares.push_back(depth > 0 ? shareOf(openTo(cut.firstRow + row, inRow), depth) : uint8_t{0});
+    }
   }
   shortest_m_ = {};
   image_ = std::move(cut);
@@ -163,12 +198,14 @@ void DepthView::addSeen(const std::array<Eigen::Vector3d, 4>& places, Seen& seen
     inField = inField || isNear;
     open = open || isNear;
     const uint32_t row = rowOf(bins.rows[i]) - image_.firstRow;
-    const uint32_t column = columnOf(bins.columns[i]) - image_.firstColumn;
+    const uint32_t inRow = columnOf(bins.columns[i]);
+    const uint32_t column = inRow - image_.firstColumn;
     if (open || row >= image_.rows || column >= image_.columns) continue;
     const size_t bin = size_t{row} * image_.columns + column;
     const float depth = image_.depths_m[bin];
     inField = inField || (depth > 0 && range <= static_cast<double>(depth) + image_.rules.depth_m);
-    open = range * kWholeShare <= static_cast<double>(depth) * image_.openShares[bin];
+    const size_t part = bin * image_.partsOfBin() + partOf(bins.columns[i], inRow);
+    open = range * kWholeShare <= static_cast<double>(depth) * image_.openShares[part];
   }
 }
 
@@ -189,7 +226,7 @@ DepthView DepthView::fromImage(Image image)
       held.columns > view.allColumns_ || held.firstColumn > view.allColumns_ - held.columns)
     refuse("it is larger than its bins");
   const size_t bins = size_t{held.rows} * held.columns;
-  if (held.depths_m.size() != bins || held.openShares.size() != bins)
+  if (held.depths_m.size() != bins || held.openShares.size() != bins * held.partsOfBin())
     refuse("its size does not fit its depths");
   if (!std::all_of(held.depths_m.begin(), held.depths_m.end(),
                    [](float depth) { return depth >= 0 && std::isfinite(depth); }))

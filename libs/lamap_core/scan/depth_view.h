@@ -21,9 +21,11 @@ struct FieldRules
  *
  * A point is in the field if it is within the maximum range, and either within `near_m` of the sensor or not
  * farther from it than the longest ray of its bin plus `depth_m`. It is open if it is within `near_m`, or not
- * farther than the shortest ray of its bin and of the bins above and below, the next rings of a lidar. In a
- * planar map all elevations are 0. The same on every processor. Immutable once filled: may be shared between
- * threads. */
+ * farther than the shortest ray of its bin and of the bins above and below, the next rings of a lidar; where
+ * one of these two has no rays, at the edge of the field, lengths go on as they do towards the other. In a
+ * planar map all elevations are 0, and a place is open as far as the shortest ray of its fifth of a bin or,
+ * if that has none, of the next fifths to its left and right that have. The same on every processor.
+ * Immutable once filled: may be shared between threads. */
 class DepthView
 {
  public:
@@ -64,8 +66,11 @@ class DepthView
     uint32_t rows = 0;
     uint32_t columns = 0;
     std::vector<float> depths_m;
-    /// Shortest ray of a bin and of those above and below, as a share of its depth in 1/255, rounded down.
+    /// How far each part of a bin is open, as a share of its depth in 1/255, rounded down; partsOfBin() a
+    /// bin.
     std::vector<uint8_t> openShares;
+
+    [[nodiscard]] uint32_t partsOfBin() const { return planar ? 5 : 1; }
 
     friend bool operator==(const Image& a, const Image& b);
   };
@@ -86,16 +91,26 @@ class DepthView
     Four columns;
   };
   void countBins();
+  [[nodiscard]] float shortestOf(uint32_t row, uint32_t part) const;
+  [[nodiscard]] float shortestBeside(uint32_t part) const;
   [[nodiscard]] float shortestAround(uint32_t row, uint32_t column) const;
+  [[nodiscard]] float openTo(uint32_t row, uint32_t part) const;
   [[nodiscard]] Bins binsOf(const Four& x, const Four& y, const Four& z) const;
   [[nodiscard]] uint32_t rowOf(float bin) const { return std::min(allRows_ - 1, static_cast<uint32_t>(bin)); }
   [[nodiscard]] uint32_t columnOf(float bin) const
   {
     return std::min(allColumns_ - 1, static_cast<uint32_t>(bin));
   }
+  /// Part of the bin of this column.
+  [[nodiscard]] uint32_t partOf(float bin, uint32_t column) const
+  {
+    const uint32_t parts = image_.partsOfBin();
+    const float within = (bin - static_cast<float>(column)) * static_cast<float>(parts);
+    return std::min(parts - 1, static_cast<uint32_t>(within));
+  }
 
   Image image_;
-  std::vector<float> shortest_m_;  ///< of each bin, until finish()
+  std::vector<float> shortest_m_;  ///< of each part of a bin, until finish()
   uint32_t allRows_ = 0;
   uint32_t allColumns_ = 0;
 };

@@ -54,7 +54,10 @@ DepthView readView(ByteReader& in, uint8_t version)
     *number = in.number<uint32_t>();
   image.depths_m = in.vector<float>();
   constexpr uint8_t kAll = 255;  // version 1: as far as the longest ray
-  image.openShares = version > 1 ? in.vector<uint8_t>() : std::vector<uint8_t>(image.depths_m.size(), kAll);
+  if (version > 1)
+    image.openShares = in.vector<uint8_t>();
+  else
+    image.openShares.assign(image.depths_m.size() * image.partsOfBin(), kAll);
   return DepthView::fromImage(std::move(image));
 }
 

@@ -87,6 +87,43 @@ TEST(DepthView, IsFlatInAPlanarMap)
   EXPECT_FALSE(view.contains({3.4, 0.05, 1}));
 }
 
+bool isOpenAt(const DepthView& view, const Eigen::Vector3d& place)
+{
+  DepthView::Seen seen;
+  view.addSeen({place, place, place, place}, seen);
+  return seen.open[0];
+}
+
+TEST(DepthView, IsOpenBelowTheLowestRingOnlyAsFarAsTheFloorGoesOn)
+{
+  DepthView view(Eigen::Vector3d::Zero(), 100.0, {}, false);
+  view.addRay(towards(31, -14, 4.0));
+  view.addRay(towards(31, -11.5, 5.0));
+  view.addRay(towards(61, -14, 4.0));
+  view.addRay(towards(61, -11.5, 3.0));  // what comes nearer above does not tell of the floor
+  view.addRay(towards(91, -14, 4.0));
+  view.finish();
+  EXPECT_TRUE(isOpenAt(view, towards(31, -14, 2.98)));
+  EXPECT_FALSE(isOpenAt(view, towards(31, -14, 3.02)));
+  EXPECT_TRUE(isOpenAt(view, towards(61, -14, 2.98)));
+  EXPECT_FALSE(isOpenAt(view, towards(61, -14, 3.02)));
+  EXPECT_TRUE(isOpenAt(view, towards(91, -14, 3.99)));
+  EXPECT_FALSE(isOpenAt(view, towards(91, -14, 4.01)));
+}
+
+TEST(DepthView, IsOpenInAPlanarMapAsFarAsTheRaysNextToAPlace)
+{
+  DepthView view(Eigen::Vector3d::Zero(), 100.0, {}, true);
+  for (double azimuth = 30.25; azimuth < 40; azimuth += 0.5)  // in the middle of each fifth of a bin
+    if (azimuth != 33.25) view.addRay(towards(azimuth, 0, azimuth == 32.75 ? 2.0 : azimuth > 35 ? 4.0 : 6.0));
+  view.finish();
+  EXPECT_FALSE(isOpenAt(view, towards(32.75, 0, 2.03)));
+  for (const double azimuth : {32.25, 33.75, 34.75}) EXPECT_TRUE(isOpenAt(view, towards(azimuth, 0, 5.9)));
+  EXPECT_TRUE(isOpenAt(view, towards(33.25, 0, 1.9)));  // between rays of 2 and 6 m
+  EXPECT_FALSE(isOpenAt(view, towards(33.25, 0, 2.1)));
+  EXPECT_EQ(view.image().openShares.size(), 5 * view.image().depths_m.size());
+}
+
 TEST(DepthViewProperty, BinsAreThoseOfTheAngles)
 {
   Random random(1);
