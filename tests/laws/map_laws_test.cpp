@@ -1,8 +1,12 @@
 // Laws that hold for all four maps.
 #include <gtest/gtest.h>
+#include <lamap_mrpt/compat/mrpt_compat.h>
+#include <mrpt/opengl/COctoMapVoxels.h>
 #include <support/seeds.h>
 
+#include <exception>
 #include <limits>
+#include <string>
 
 #include "law_maps.h"
 
@@ -228,6 +232,54 @@ TYPED_TEST(MapLaws, SavedAndLoadedItIsTheSameAndGoesOn)
     ASSERT_NE(bytesOf(map), bytes);
     ASSERT_EQ(bytesOf(*loaded), bytesOf(map));
   }
+}
+
+/// @param message  what the refusal must contain
+template <typename Action>
+void expectRefusal(const std::string& message, const Action& action)
+{
+  try
+  {
+    action();
+    ADD_FAILURE() << "not refused: " << message;
+  }
+  catch (const std::exception& error)
+  {
+    EXPECT_NE(compat::messageOf(error).find(message), std::string::npos) << error.what();
+  }
+}
+
+// Otherwise a saved map could not be loaded again.
+TYPED_TEST(MapLaws, AnIllegalOptionIsRefusedWhenItIsUsedAndWhenTheMapIsSaved)
+{
+  Random random(1);
+  const TakenScan scan = randomCloud(random);
+  const auto likelihood = [&](const TypeParam& map)
+  { (void)map.computeObservationLikelihood(*scan.observation, scan.robotPose_map); };
+  const auto save = [](const TypeParam& map) { (void)bytesOf(map); };
+  const auto draw = [](const TypeParam& map)
+  {
+    mrpt::opengl::COctoMapVoxels voxels;
+    map.getAsOctoMapVoxels(voxels);
+  };
+  TypeParam map = made<TypeParam>();
+  map.insertObservation(*scan.observation, scan.robotPose_map);
+  likelihood(map);
+
+  TypeParam changed = map;
+  changed.insertionOptions.minRange = -1;
+  expectRefusal("minRange = -1: must be", [&] { save(changed); });
+  changed = map;
+  changed.likelihoodOptions.decimation = 0;
+  expectRefusal("decimation = 0: must be", [&] { likelihood(changed); });
+  expectRefusal("decimation = 0: must be", [&] { save(changed); });
+  changed = map;
+  changed.likelihoodOptions.outlierProb = 7;
+  expectRefusal("outlierProb = 7: must be", [&] { likelihood(changed); });
+  changed = map;
+  changed.renderingOptions.freeOpacity = 7;
+  expectRefusal("freeOpacity = 7: must be", [&] { draw(changed); });
+  expectRefusal("freeOpacity = 7: must be", [&] { save(changed); });
 }
 
 TYPED_TEST(MapLaws, EveryFlippedByteAndEveryCutIsNoticed)

@@ -4,7 +4,7 @@
 #include <lamap_core/grid/evidence_map_members.h>
 #include <lamap_core/options/legal_range.h>
 
-#include <string>
+#include <utility>
 
 namespace lamap
 {
@@ -23,15 +23,6 @@ RayCounts BgkMap::insert(const Scan& scan, const BgkInference& inference, unsign
 
 void BgkMap::setPriorMap(std::shared_ptr<const BgkMap> prior)
 {
-  if (prior)
-  {
-    const BgkStructure& theirs = prior->structure();
-    requireLegal(theirs.resolution == structure().resolution, "resolution of the prior map",
-                 theirs.resolution, "that of this map, " + std::to_string(structure().resolution));
-    requireLegal(theirs.planar == structure().planar && prior->planarLayer() == planarLayer(),
-                 "planarHeight of the prior map", theirs.planarHeight,
-                 "in the layer of this map, both planar or neither");
-  }
   reading().setPriorMap(std::move(prior));
 }
 

@@ -2,17 +2,26 @@
 
 #include <lamap_core/bgk/map.h>
 #include <lamap_core/options/legal_range.h>
+#include <lamap_core/options/option_table.h>
 
-#include <cmath>
 #include <string>
+#include <utility>
 
 namespace lamap
 {
 namespace
 {
-double layerOf(const BgkStructure& structure)
+/// Refuses another map whose cells are not those of this one. @param whose "of the other map"
+void requireSameCells(BgkStructure theirs, const BgkStructure& ours, const std::string& whose)
 {
-  return std::floor(structure.planarHeight / structure.resolution);
+  const double height = std::exchange(theirs.planarHeight, ours.planarHeight);
+  theirs.pruning = ours.pruning;
+  theirs.priorAlpha = ours.priorAlpha;
+  theirs.priorBeta = ours.priorBeta;
+  requireSameOptions(theirs, ours, whose, "that of this map");
+  theirs.planarHeight = height;
+  requireLegal(theirs.planarLayer() == ours.planarLayer(), ("planarHeight " + whose).c_str(), height,
+               "in the layer of this map");
 }
 }  // namespace
 
@@ -49,13 +58,18 @@ CellEstimate BgkReading::read(const CellIndex& cell, const CellSums& sums,
 
 void BgkReading::requireAddable(const BgkReading& other) const
 {
-  const BgkStructure& theirs = other.structure_;
-  requireLegal(theirs.resolution == structure_.resolution, "resolution of the other map", theirs.resolution,
-               "that of this map, " + std::to_string(structure_.resolution));
-  requireLegal(theirs.blockDepth == structure_.blockDepth, "blockDepth of the other map", theirs.blockDepth,
-               "that of this map, " + std::to_string(structure_.blockDepth));
-  requireLegal(theirs.planar == structure_.planar && layerOf(theirs) == layerOf(structure_),
-               "planarHeight of the other map", theirs.planarHeight, "in the layer of this map");
+  requireSameCells(other.structure_, structure_, "of the other map");
+}
+
+void BgkReading::setPriorMap(std::shared_ptr<const BgkMap> prior)
+{
+  if (prior)
+  {
+    BgkStructure theirs = prior->structure();
+    theirs.blockDepth = structure_.blockDepth;
+    requireSameCells(theirs, structure_, "of the prior map");
+  }
+  priorMap_ = std::move(prior);
 }
 
 bool BgkReading::priorKnows(const CellIndex& cell) const

@@ -23,7 +23,8 @@ class BgkReading : public ReadingOf<BgkStructure, SumKind::Counts>
   /// Priors and pruning may differ.
   void requireAddable(const BgkReading& other) const;
 
-  void setPriorMap(std::shared_ptr<const BgkMap> prior) { priorMap_ = std::move(prior); }
+  /// @throws std::invalid_argument if its resolution or planar layer differs.
+  void setPriorMap(std::shared_ptr<const BgkMap> prior);
   [[nodiscard]] const std::shared_ptr<const BgkMap>& priorMap() const { return priorMap_; }
   [[nodiscard]] bool hasPriorMap() const { return priorMap_ != nullptr; }
   [[nodiscard]] bool priorKnows(const CellIndex& cell) const;

@@ -2,9 +2,9 @@
 
 #include <lamap_core/grid/cell.h>
 #include <lamap_core/grid/cell_sums.h>
+#include <lamap_core/options/option_table.h>
 
 #include <functional>
-#include <stdexcept>
 
 namespace lamap
 {
@@ -31,8 +31,7 @@ class ReadingOf
   {
     Structure theirs = other.structure_;
     theirs.pruning = structure_.pruning;
-    if (!(theirs == structure_))
-      throw std::invalid_argument("the other map was made with other creation options than this one");
+    requireSameOptions(theirs, structure_, "of the other map", "that of this map");
   }
 
   [[nodiscard]] bool hasPriorMap() const { return false; }

@@ -46,10 +46,11 @@ void OptionTable::validate(ConstAnyOptions options, std::optional<double> resolu
   for (const Check& check : checks_) check(options);
 }
 
-bool OptionTable::same(ConstAnyOptions a, ConstAnyOptions b) const
+const Option* OptionTable::firstDifference(ConstAnyOptions a, ConstAnyOptions b) const
 {
-  return std::all_of(options_.begin(), options_.end(),
-                     [&](const Option& option) { return option.get(a) == option.get(b); });
+  const auto found = std::find_if(options_.begin(), options_.end(),
+                                  [&](const Option& option) { return !(option.get(a) == option.get(b)); });
+  return found == options_.end() ? nullptr : &*found;
 }
 
 void OptionTable::fillIn(AnyOptions options, double resolution_m) const

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -35,8 +36,10 @@ class OptionTable
    * @param resolution_m nothing: ends of ranges that are given in cells are not checked
    * @throws std::invalid_argument "<name> = <value>: must be <legal>" for the first that is illegal. */
   void validate(ConstAnyOptions options, std::optional<double> resolution_m) const;
+  /// The first option in which two structs differ; nullptr if there is none.
+  [[nodiscard]] const Option* firstDifference(ConstAnyOptions a, ConstAnyOptions b) const;
   /// Whether two structs have the same in every option.
-  [[nodiscard]] bool same(ConstAnyOptions a, ConstAnyOptions b) const;
+  [[nodiscard]] bool same(ConstAnyOptions a, ConstAnyOptions b) const { return !firstDifference(a, b); }
   /// Sets lengths that are left empty, and that are then so many cells.
   void fillIn(AnyOptions options, double resolution_m) const;
 
@@ -99,6 +102,20 @@ template <typename Options>
 [[nodiscard]] bool sameOptions(const Options& a, const Options& b)
 {
   return Options::optionTable().same(ConstAnyOptions(&a), ConstAnyOptions(&b));
+}
+
+/** Refuses a struct that differs from a model in any option.
+ * @throws std::invalid_argument "<name> <whose> = <text>: must be <due>, <text>" for the first difference. */
+template <typename Options>
+void requireSameOptions(const Options& options, const Options& model, const std::string& whose,
+                        const std::string& due)
+{
+  const Option* option =
+      Options::optionTable().firstDifference(ConstAnyOptions(&options), ConstAnyOptions(&model));
+  if (option)
+    throw std::invalid_argument(option->key + " " + whose + " = " +
+                                option->textOf(ConstAnyOptions(&options)) + ": must be " + due + ", " +
+                                option->textOf(ConstAnyOptions(&model)));
 }
 
 /// A copy with the lengths that are given in cells filled in.

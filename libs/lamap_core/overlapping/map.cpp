@@ -26,6 +26,13 @@ bool sameModel(const PlacedModel& a, const PlacedModel& b)
   return a.pose == b.pose && *a.model == *b.model;
 }
 
+/// @throws std::out_of_range naming the number and how many there are
+const PlacedModel& modelAt(const std::vector<PlacedModel>& models, size_t number)
+{
+  if (number < models.size()) return models[number];
+  throw std::out_of_range("model " + std::to_string(number) + ": the map has " +
+                          std::to_string(models.size()) + " models, numbered from 0");
+}
 }  // namespace
 
 template class EvidenceMap<OverlappingReading>;
@@ -213,7 +220,7 @@ void OverlappingHilbertMap::addEvidence(const CellIndex& index, double logodds,
 
 Eigen::Isometry3d OverlappingHilbertMap::modelPose(size_t model) const
 {
-  return models_.at(model).pose.isometry(structure().resolution);
+  return modelAt(models_, model).pose.isometry(structure().resolution);
 }
 
 void OverlappingHilbertMap::setModelPoses(const std::vector<MovedModel>& moved,
@@ -223,7 +230,7 @@ void OverlappingHilbertMap::setModelPoses(const std::vector<MovedModel>& moved,
   std::vector<std::pair<size_t, ModelPose>> poses;
   for (const auto& [number, pose] : moved)
   {
-    (void)models_.at(number);
+    (void)modelAt(models_, number);
     poses.emplace_back(number, ModelPose::of(pose, structure().resolution, structure().planar));
   }
   const Workers& workers = workers_.with(threads);

@@ -39,7 +39,7 @@ bool isWeakHit(float logodds)
 const char* faultOf(const Eigen::Isometry3d& pose, double resolution_m, bool planar)
 {
   if (!pose.matrix().allFinite()) return "is not finite";
-  if (!isRotation(pose.linear())) return "has no rotation: its matrix is not orthonormal";
+  if (!isRotation(pose.linear())) return "has a rotation matrix that is not orthonormal";
   if (!cellAt(originOf(pose, planar), resolution_m)) return "lies beyond what cells can address";
   return nullptr;
 }

@@ -21,11 +21,6 @@ namespace lamap
 {
 namespace
 {
-bool same(const StateThresholds& a, const StateThresholds& b)
-{
-  return a.free == b.free && a.occupied == b.occupied && a.variance == b.variance;
-}
-
 bool same(const RangeOptions& a, const RangeOptions& b)
 {
   return a.minRange == b.minRange && a.maxRange == b.maxRange &&
@@ -53,6 +48,7 @@ std::pair<double, double> stretchInBox(const Eigen::Vector3d& origin, const Eige
   }
   return {first, last};
 }
+
 /** Writes the centres of the occupied cells as a PLY file of doubles: MRPT's writer knows floats only, which
  * do not tell cells apart in UTM coordinates.
  * @param path   for messages
@@ -447,6 +443,13 @@ double CLearnedMap::internal_computeObservationLikelihood(const mrpt::obs::CObse
                                                           const mrpt::poses::CPose3D& takenFrom) const
 {
   if (!supportsObservation(observation)) return 0;
+  const auto likelihood = likelihood_.get(
+      [&](const EndPointLikelihood& made) { return made.options().sameOptions(likelihoodOptions); },
+      [&]
+      {
+        likelihoodOptions.validate();
+        return std::make_shared<const EndPointLikelihood>(*this, likelihoodOptions);
+      });
   RangeOptions limits = rangeLimits();
   limits.considerInvalidRangesAsFreeSpace = false;
   limits.rayDecimation = likelihoodOptions.decimation;
@@ -471,15 +474,12 @@ double CLearnedMap::internal_computeObservationLikelihood(const mrpt::obs::CObse
         made->observation = fingerprint;
         return made;
       });
-  const auto likelihood = likelihood_.get(
-      [&](const EndPointLikelihood& made) { return made.options().sameOptions(likelihoodOptions); },
-      [&] { return std::make_shared<const EndPointLikelihood>(*this, likelihoodOptions); });
   return likelihood->logOf(*endPoints, takenFrom);
 }
 
 std::shared_ptr<const OccupiedCells> CLearnedMap::occupiedCells() const
 {
-  return occupied_.get([&](const OccupiedCells& made) { return same(made.thresholds(), stateThresholds()); },
+  return occupied_.get([&](const OccupiedCells& made) { return made.thresholds() == stateThresholds(); },
                        [&] { return std::make_shared<const OccupiedCells>(*this); });
 }
 

@@ -126,7 +126,8 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
 
   // ---- Options ----
 
-  /** How well an observation fits the map at a pose, for particle filters: see end_point_likelihood.h. */
+  /** How well an observation fits the map at a pose, for particle filters: see end_point_likelihood.h. An
+   * illegal option throws std::invalid_argument when a likelihood is computed, and when the map is saved. */
   struct TLikelihoodOptions : public OptionGroup<TLikelihoodOptions>
   {
     uint32_t decimation = 5;  ///< use every Nth ray of an observation
@@ -148,7 +149,8 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
     Variance
   };
 
-  /// How the map becomes a COctoMapVoxels.
+  /// How the map becomes a COctoMapVoxels. An illegal option throws std::invalid_argument when the map is
+  /// drawn, and when it is saved.
   struct TRenderingOptions : public OptionGroup<TRenderingOptions>
   {
     bool generateOccupiedVoxels = true;

@@ -144,6 +144,7 @@ Eigen::Vector3d anchorOf(const ObservedBox& box, double resolution_m)
 
 void CLearnedMap::getAsOctoMapVoxels(COctoMapVoxels& voxels) const
 {
+  renderingOptions.validate();
   const auto observed = observedBox();
   const Eigen::Vector3d anchor_map = anchorOf(*observed, resolution());
   VoxelView(*this, anchor_map, voxels).fill();

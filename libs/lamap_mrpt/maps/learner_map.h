@@ -161,6 +161,9 @@ class LearnerMap : public CLearnedMap
  private:
   RayCounts learnScan(const Scan& scan) override;
   [[nodiscard]] TInsertionOptions resolvedInsertion() const;
+  /// Options are plain members, which programs may set to anything. @throws std::invalid_argument naming the
+  /// first illegal one, its value and what is legal
+  void validateOptions() const;
 
   TCreationOptions creationOptions_;
   Core map_;

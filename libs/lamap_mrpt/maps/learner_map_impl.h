@@ -305,8 +305,17 @@ uint8_t LearnerMap<Learner>::serializeGetVersion() const
 }
 
 template <typename Learner>
+void LearnerMap<Learner>::validateOptions() const
+{
+  Learner::validate(insertionOptions, creationOptions_);
+  likelihoodOptions.validate();
+  renderingOptions.validate();
+}
+
+template <typename Learner>
 void LearnerMap<Learner>::serializeTo(mrpt::serialization::CArchive& out) const
 {
+  validateOptions();  // a file with an illegal option would be refused when it is read
   ByteWriter content;
   creationOptions_.write(content);
   Learner::write(map_, content);

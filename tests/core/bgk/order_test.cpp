@@ -64,22 +64,30 @@ TEST(BgkMap, RefusesToMergeAnotherStructure)
   BgkStructure structure;
   BgkMap map(structure);
   map.addEvidence({1, 2, 3}, 1, 1, {});
-  const auto expectRefused = [&](const BgkStructure& other)
+  const auto expectRefused = [&](const BgkStructure& other, const std::string& message)
   {
     BgkMap from(other);
     from.addEvidence({1, 2, from.planarLayer()}, 1, 1, {});
-    EXPECT_THROW(map.merge(from, {}), std::invalid_argument);
+    try
+    {
+      map.merge(from, {});
+      ADD_FAILURE() << "not refused: " << message;
+    }
+    catch (const std::invalid_argument& error)
+    {
+      EXPECT_EQ(error.what(), message);
+    }
     EXPECT_EQ(cellsOf(map.evidence()).size(), 1u);
   };
   BgkStructure other = structure;
   other.resolution = 0.2;
-  expectRefused(other);
+  expectRefused(other, "resolution of the other map = 0.2: must be that of this map, 0.1");
   other = structure;
   other.blockDepth = 5;
-  expectRefused(other);
+  expectRefused(other, "blockDepth of the other map = 5: must be that of this map, 4");
   other = structure;
   other.planar = true;
-  expectRefused(other);
+  expectRefused(other, "planar of the other map = true: must be that of this map, false");
 
   other = structure;
   other.priorAlpha = 0.5;

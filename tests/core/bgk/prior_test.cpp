@@ -178,6 +178,16 @@ TEST(BgkMap, RefusesAPriorMapOfOtherCells)
   EXPECT_EQ(map.priorMap(), nullptr);
 }
 
+TEST(BgkMap, TakesAPriorMapOfOtherBlocksPriorAndPruning)
+{
+  BgkStructure other;
+  other.blockDepth = 3;
+  other.priorAlpha = 0.5;
+  other.pruning = Pruning::None;
+  BgkMap map;
+  EXPECT_NO_THROW(map.setPriorMap(std::make_shared<BgkMap>(other)));
+}
+
 TEST(BgkMap, KeepsItsPriorMapWhenCopiedAndCleared)
 {
   auto prior = std::make_shared<BgkMap>();

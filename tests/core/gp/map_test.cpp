@@ -161,12 +161,21 @@ TEST(GpMap, UncertainCellsAreUnknownWhereAThresholdSaysSo)
   EXPECT_EQ(map.cell({0, 0, 0}, inference.thresholds)->state, CellState::Occupied);
 }
 
-TEST(GpMap, MapsOfOtherCellsAreNotMerged)
+TEST(GpMap, MapsOfOtherStructureAreNotMerged)
 {
   GpStructure other;
+  other.pruning = Pruning::None;
   other.signalVariance = 2;
   GpMap map;
-  EXPECT_THROW(map.merge(GpMap(other), {}), std::invalid_argument);
+  try
+  {
+    map.merge(GpMap(other), {});
+    ADD_FAILURE() << "merged";
+  }
+  catch (const std::invalid_argument& error)
+  {
+    EXPECT_STREQ(error.what(), "signalVariance of the other map = 2: must be that of this map, 1");
+  }
 }
 
 }  // namespace
