@@ -69,7 +69,7 @@ void describeNoise(CLI::App& command, SimulateArguments& arguments)
       "What the log says of a lost return: open (the same as of open space), zero, nan, inf, max or "
       "invalid");
   addForMissing("--missing-burst", options.noise.longestBurst,
-                "Lost returns come in bursts of 1 to so many neighbouring beams (lasers)");
+                "Lost returns come in bursts of 1 to N neighbouring beams (lasers)");
   add("--odometry-noise", options.odometryNoise,
       "Of each movement in the log, as a share of its length and turn; adds up");
   command.add_option("--pose-noise", arguments.poseNoise, "Of each pose in the log: m,deg; does not add up")
@@ -101,7 +101,7 @@ void describe(CLI::App& command, SimulateArguments& arguments)
   command.add_option("--scans", options.scans, "How many (sweeps of a sonar); default: the world's own");
   command.add_option("--max-range", options.rangeMax_m, "Of the sensor [m]; default: its own");
   command.add_option("--trajectory", options.trajectory,
-                     "stops, driving, or a file of poses (TUM format), one a scan");
+                     "stops, driving, or a file of poses (TUM format), one per scan");
   command.add_option("--at", options.standAt,
                      "x,y,z or x,y,z,yaw [m, deg]: the sensor stands there for all scans");
   command.add_option("--resolution", options.resolution_m, "Edge of the truth's cells [m]")

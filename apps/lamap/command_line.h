@@ -70,10 +70,10 @@ std::vector<CLI::Option*> addLogOptions(CLI::App& command, LogArguments& argumen
 CLI::Option* addAllowTruncated(CLI::App& command, bool& allowTruncated);
 
 /// Call before the inputs are opened: from then on, Ctrl-C ends the reading.
-/// @throws UsageError if the sensor's origin is not a point, or a time is none
+/// @throws UsageError if the sensor's origin is not a point, or a time is illegal
 void prepareInputs(const LogArguments& arguments, tools::InputOptions& inputs);
 
-/// @throws UsageError if a time is none
+/// @throws UsageError if a time is illegal
 void prepareChoice(const ChoiceArguments& arguments, tools::ScanChoice& choice);
 
 /// Reports what could not be read of the inputs. @return the resulting exit code

@@ -20,7 +20,7 @@ struct NoiseOptions
   double missing = 0;     ///< share of the returns that get lost, in [0, 1]
   double position_m = 0;  ///< of each coordinate of the reported pose
   double turn_rad = 0;    ///< of each angle of the reported pose
-  /** Lost returns of a laser come in bursts of 1 to so many neighbouring beams, each length equally likely,
+  /** Lost returns of a laser come in bursts of 1 to this many neighbouring beams, each length equally likely,
    * in the order of the beams, with at least one beam between bursts. 1: each beam is lost or not by itself.
    * With n > 1, `missing` can be (n + 1) / (n + 3) at most. */
   int longestBurst = 1;

@@ -24,7 +24,6 @@ using mrpt::poses::CPose3D;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // ---- Insertion
-// -------------------------------------------------------------------------------------------------------
 
 TEST(BgkMrptMap, AnObservationIsInsertedAtThePoseOfTheRobot)
 {
@@ -213,7 +212,6 @@ TEST(BgkMrptMap, MergingEqualsInsertingThere)
 }
 
 // ---- As COctoMap
-// -----------------------------------------------------------------------------------------------------
 
 TEST(BgkMrptMap, AnUpdatedVoxelTakesOneHitOrOneFreePoint)
 {
@@ -363,7 +361,6 @@ TEST(BgkMrptMap, RayCastingEndsWithoutARange)
 }
 
 // ---- Summaries
-// -------------------------------------------------------------------------------------------------------
 
 TEST(BgkMrptMap, SumsUpWhatItHolds)
 {

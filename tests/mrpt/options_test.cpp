@@ -227,7 +227,6 @@ TEST(Options, NearestCountsSwapsAndIgnoresCase)
 }
 
 // ---- The map's definition
-// --------------------------------------------------------------------------------------------
 
 mrpt::maps::CMultiMetricMap mapsFrom(const std::string& text)
 {
@@ -392,7 +391,6 @@ TEST(Definition, PrintsAllGroups)
 }
 
 // ---- Options as the map has them
-// -------------------------------------------------------------------------------------
 
 /// A map whose every option differs from the default, with a prior map and some evidence.
 CBGKMap changedMap(const TemporaryFolder& folder)
@@ -498,7 +496,6 @@ TEST(MapOptions, AreComparedByMeaning)
 }
 
 // ---- Every option takes effect
-// ---------------------------------------------------------------------------------------
 
 /// Cells with all they say, and how they are held.
 std::string contentOf(const CBGKMap& map)

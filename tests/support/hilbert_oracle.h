@@ -23,7 +23,7 @@ HilbertFrame frameAround(const Scan& scan, double resolution_m);
 /// A seeded training set in a cube; labels follow a plane, some are wrong.
 HilbertTrainingSet randomTrainingSet(Random& random, size_t points, double halfEdge_m);
 
-/// Dense F: a row a point, a column a centre.
+/// Dense F: one row per point, one column per centre.
 Eigen::MatrixXd denseCompactFeatures(const std::vector<Eigen::Vector3d>& points,
                                      const std::vector<Eigen::Vector3d>& centres, double gamma,
                                      double cutoff);

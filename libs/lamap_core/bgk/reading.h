@@ -12,7 +12,7 @@ namespace lamap
 class BgkMap;
 
 /** How a BGK map reads the two sums of a cell: ȳ and k̄ − ȳ over all scans (thesis eq. 4.5, 4.6), to which α₀
- * and β₀ are added. A Reading as EvidenceMap wants it. */
+ * and β₀ are added. A Reading as EvidenceMap requires it. */
 class BgkReading : public ReadingOf<BgkStructure, SumKind::Counts>
 {
  public:

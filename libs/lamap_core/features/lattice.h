@@ -74,8 +74,8 @@ struct SitePosterior
   return posterior.mean;
 }
 
-/** A sparse lattice of features, packed: blocks of 8³ sites, a bit a site and then the weights of those there
- * are.
+/** A sparse lattice of features, packed: blocks of 8³ sites, each a bit per site and the weights of the
+ * sites whose bit is set.
  * @tparam Weight float, or SitePosterior
  *
  * Thread guarantee: const methods may be called from several threads. */

@@ -13,7 +13,7 @@ class NystroemRows
  public:
   static constexpr size_t kAtOnce = 4;  ///< points
 
-  /** @param inducing [m] by axis, equally many; @param inverse L⁻¹, lower triangle by rows, m numbers a row
+  /** @param inducing [m] by axis, equally many; @param inverse L⁻¹, lower triangle by rows of m numbers
    *  @param gamma [m⁻²] */
   NystroemRows(const std::array<std::vector<float>, 3>& inducing, const std::vector<double>& inverse,
                double gamma);

@@ -12,7 +12,7 @@
 
 namespace lamap
 {
-/** The features F of training points, a row a point: log-odds at the points are F·u for weights u.
+/** The features F of training points, one row per point: log-odds at the points are F·u for weights u.
  *
  * A row is a list of runs of `width` neighbouring weights. Numbers between those of features stand for
  * nothing: their values are 0. Points lie in chunks whose sizes depend on their number alone, and sums over

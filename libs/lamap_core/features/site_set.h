@@ -26,7 +26,7 @@ class SiteSet
   [[nodiscard]] bool contains(const CellIndex& site) const;
   [[nodiscard]] size_t size() const;
 
-  /// Adds every site that is no more than so many steps along each axis from one of the set. Steps beyond the
+  /// Adds every site that is at most this many steps along each axis from one of the set. Steps beyond the
   /// window of reset() must not be needed. @param flat leaves z alone
   void dilate(int steps, bool flat);
 

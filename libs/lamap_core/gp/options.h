@@ -58,7 +58,7 @@ struct GpInference : public SamplingOptions
   /// 4.1); else one for each block, trained on everything within the support.
   bool nested = false;
   GpFreeSpace freeSpace = GpFreeSpace::Samples;
-  std::optional<double> kernelSupport;  ///< a GP is silent so far from all its data; empty: two cells
+  std::optional<double> kernelSupport;  ///< a GP is silent this far from all its data; empty: two cells
   double lengthScale = 1.0;             ///< l of eq. (2.24) [m], > 0
   uint32_t maxPoints = 512;             ///< of one GP; more are split, and the parts fused; 1 to 4096
   StateThresholds thresholds;

@@ -62,7 +62,7 @@ class HilbertMap
   void clear();
   [[nodiscard]] bool empty() const;
 
-  /// `Batch`: whether points were inserted that no model was trained on yet; the next question trains one,
+  /// `Batch`: whether points were inserted that no model was trained on yet; the next query trains one,
   /// with the options and the number of threads of the last insertion.
   [[nodiscard]] bool isStale() const;
   /// Trains now if it is stale. @throws std::length_error if features would not fit into memory.
@@ -106,7 +106,7 @@ class HilbertMap
 
   /// What was learned; trains first if it is stale.
   [[nodiscard]] HilbertState state() const;
-  /** Takes what another map of the same structure had learned: then the two are equal in all they do.
+  /** Takes what another map of the same structure had learned: from then on, both behave alike.
    * @throws std::invalid_argument saying what does not fit the structure or is no legal state. */
   void restore(const HilbertState& state);
 

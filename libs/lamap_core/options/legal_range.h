@@ -24,8 +24,8 @@ struct LegalRange
   double low = -std::numeric_limits<double>::max();
   double high = std::numeric_limits<double>::max();
   bool lowIncluded = true;
-  std::optional<double> lowCells{};   ///< and at least so many times the resolution
-  std::optional<double> highCells{};  ///< and at most so many times the resolution
+  std::optional<double> lowCells{};   ///< and at least this many times the resolution
+  std::optional<double> highCells{};  ///< and at most this many times the resolution
   bool orZero = false;
 
   [[nodiscard]] bool holds(double number, std::optional<double> resolution_m = std::nullopt) const;

@@ -40,7 +40,7 @@ class OptionTable
   [[nodiscard]] const Option* firstDifference(ConstAnyOptions a, ConstAnyOptions b) const;
   /// Whether two structs have the same in every option.
   [[nodiscard]] bool same(ConstAnyOptions a, ConstAnyOptions b) const { return !firstDifference(a, b); }
-  /// Sets lengths that are left empty, and that are then so many cells.
+  /// Sets lengths that are left empty to their default number of cells.
   void fillIn(AnyOptions options, double resolution_m) const;
 
  protected:

@@ -49,9 +49,9 @@ class OverlappingHilbertMap : public EvidenceMap<OverlappingReading>
   /// @throws std::invalid_argument as OverlappingStructure::validate().
   explicit OverlappingHilbertMap(const OverlappingStructure& structure = {});
 
-  /** Adds one scan (Algorithm 1). With scansPerModel > 1 it waits until so many are there, or trainPending():
-   * until then no cell and no query knows of it. The model is trained in the sensor's frame, with its origin
-   * where the rays come from; of scans that wait, in the first one's.
+  /** Adds one scan (Algorithm 1). With scansPerModel > 1 it waits for that many scans, or for trainPending():
+   * until then it affects neither cells nor queries. The model is trained in the sensor's frame, with its
+   * origin where the rays come from; of scans that wait, in the first one's.
    * @param uncertainty of its points, axes and centre in the map; models are trained with the expected kernel
    * then. Null, or all zero: they are certain.
    * @param threads how many may work; 0: as many as the machine has. Never changes the result.
@@ -112,7 +112,7 @@ class OverlappingHilbertMap : public EvidenceMap<OverlappingReading>
   [[nodiscard]] const std::vector<PlacedModel>& models() const { return models_; }
   [[nodiscard]] const PendingScans& pending() const { return pending_; }
   /** Puts models and waiting scans in the place of those there, e.g. from a file; cells stay as they are.
-   * @throws std::runtime_error if they are none that this map could have */
+   * @throws std::runtime_error if this map could not have them */
   void restore(std::vector<PlacedModel> models, PendingScans pending);
 
   /// Of the kept models alone.

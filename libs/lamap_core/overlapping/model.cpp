@@ -243,7 +243,7 @@ void HilbertModel::check(const ModelShape& shape) const
   require(shape.compact() ? inducing.empty() && bias == 0 : sites.blocks.empty(),
           "its features are not the map's");
   require(boxLow.allFinite() && boxHigh.allFinite() && (boxLow.array() <= boxHigh.array()).all(),
-          "its box is none");
+          "its box is not finite, or has its corners swapped");
   require(std::all_of(hits.begin(), hits.end(), [](const auto& p) { return p.allFinite(); }),
           "a hit is not finite");
   require(fieldWeight >= 1e-3 && fieldWeight <= 1e3, "the weight of its field is not legal");

@@ -23,7 +23,7 @@ struct ModelScan
 
 /** The frame of a model that is trained on a scan: the sensor's, with its origin where the rays of the first
  * fan come from that cells can address. In a planar map it turns about the vertical only.
- * @return nothing if no fan has usable rays. @throws std::invalid_argument if the scan's pose has no rotation
+ * @return nothing if no fan has usable rays. @throws std::invalid_argument if the scan's pose is not rigid
  */
 [[nodiscard]] std::optional<ModelPose> modelFrameOf(const Scan& selected, const ModelShape& shape);
 

@@ -16,8 +16,8 @@ class OptionTable;
 /// What an overlapping Hilbert map is made with; fixed for its life.
 struct OverlappingStructure : public BlockOptions, public FeatureOptions
 {
-  double outOfFieldLimit = 0.6;  ///< [log-odds] ≥ 0 that cells no scan had in its field are held to; 0:
-                                 ///< models say nothing outside of their field
+  double outOfFieldLimit = 0.6;  ///< limit [log-odds] ≥ 0 in cells outside the field of every scan; 0:
+                                 ///< models say nothing outside their field
   bool keepModels = true;        ///< for queries at points and for moving models; else cells are all there is
 
   /// The same with gamma filled in.
@@ -40,8 +40,8 @@ struct OverlappingInference : public HilbertSampling,
   uint32_t scansPerModel = 1;  ///< scans that one model is trained on together (submaps, thesis 5.1)
   double boxQuantile = 0.0;    ///< share of the training points left out of a model's box at each of its ends
                                ///< (outliers, thesis 5.1), in [0, 0.5)
-  double fieldNear = 0.3;      ///< cells so near to the sensor are in its field
-  double fieldDepth = 0.3;     ///< the field reaches so far behind the end of a ray
+  double fieldNear = 0.3;      ///< cells within this distance of the sensor are in its field
+  double fieldDepth = 0.3;     ///< the field extends this far behind the end of a ray
   double fieldAngle = 2.5;     ///< [degrees] width of the bins of directions that share a depth
   double fieldWeight = 0.6;    ///< of log-odds in the field, because their sum is overconfident; > 0
   StateThresholds thresholds;

@@ -230,7 +230,7 @@ DepthView DepthView::fromImage(Image image)
     refuse("its size does not fit its depths");
   if (!std::all_of(held.depths_m.begin(), held.depths_m.end(),
                    [](float depth) { return depth >= 0 && std::isfinite(depth); }))
-    refuse("a depth is none");
+    refuse("a depth is negative or not finite");
   return view;
 }
 

@@ -17,7 +17,7 @@ enum class HilbertPoints
 struct HilbertSampling
 {
   HilbertPoints trainingPoints = HilbertPoints::Cells;
-  double freeMargin = 0.15;     ///< [m] ≥ 0: the free sample nearest to a hit is so far before it
+  double freeMargin = 0.15;     ///< [m] ≥ 0: distance of the last free sample from its hit
   double freeResolution = 0.3;  ///< [m] ≥ 0.001: distance between free samples, from there back to the sensor
   double hitWeight = 2.0;       ///< weight of a hit [-], > 0
   double freeWeight = 1.0;      ///< weight of a free point [-], ≥ 0; 0: no free points

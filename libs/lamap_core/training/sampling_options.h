@@ -19,7 +19,7 @@ struct SamplingOptions : public RangeOptions
   /// `Centroids`: voxel edge in which hits are averaged; empty: one cell; 0: none
   std::optional<double> hitDownsampling;
   uint32_t protectHits =
-      2;  ///< a cell with so many raw hits in a scan takes no free point; 0: none is protected
+      2;  ///< a cell with this many raw hits in a scan takes no free point; 0: none is protected
 
   /// What chapter 4 of the thesis and its library LA3DM have in common.
   void setAsInThesis();

@@ -16,7 +16,7 @@ struct LabelRules
   double resolution_m = 0.1;
   /// Returns farther than this [m] are free space up to it; 0: what the observation states.
   double maxRange_m = 0;
-  /// Free cells end so far before a ray's return [m]; nothing: two cells.
+  /// Distance from the last free cell of a ray to its return [m]; empty: two cells.
   std::optional<double> freeMargin_m;
   /// Whether rays without a return show free space, up to the maximum range.
   bool noReturnIsFree = true;

@@ -23,7 +23,7 @@ struct BlockMasks
   CellMask hit{};             ///< holds a hit
   CellMask free{};            ///< holds a free sample
   CellMask freeWithoutHit{};  ///< holds a free sample of a ray without a hit; counts where no ray ended
-  CellMask protectedHit{};    ///< holds so many hits that it takes no free evidence from this scan
+  CellMask protectedHit{};    ///< has enough hits to take no free evidence from this scan
   CellMask ended{};           ///< a ray ended here with a hit, whatever the training points are
   bool anyHit = false;
   bool anyFree = false;

@@ -32,12 +32,12 @@ struct CellExtent
   [[nodiscard]] Eigen::AlignedBox3d box_m(double resolution_m) const;
 };
 
-/// Of the cells that are shown; nothing where there is none.
+/// Of the cells that are shown; empty if there are none.
 using ShownCells = std::function<bool(const CellIndex&, const CellEstimate&)>;
 [[nodiscard]] std::optional<CellExtent> cellExtent(const CellMap& map, const ShownCells& shown = {});
 
 /** Calls the visitor for every cell in table order, holding about maxRowsInMemory rows at a time: the map is
- * walked once to count cells a layer, then once for each group of layers that fits (a single layer is never
+ * walked once to count cells per layer, then once for each group of layers that fits (a single layer is never
  * divided). */
 void visitCellsSorted(const CellMap& map, const std::function<void(const CellRow&)>& visitor,
                       size_t maxRowsInMemory = 8'000'000);

@@ -8,14 +8,14 @@
 
 namespace lamap::tools
 {
-/// A cell of which it is known whether it is occupied.
+/// A cell that is known to be occupied or free.
 struct TrueCell
 {
   Eigen::Vector3d centre_map;  ///< [m]
   bool occupied = false;
 };
 
-/** What a world is like, cell by cell. Each cell stands in it once.
+/** What a world is like, cell by cell. Each cell occurs once.
  * Plain data; const methods may be called from several threads. */
 struct Truth
 {
@@ -35,11 +35,11 @@ struct Truth
 };
 
 /** Reads a truth from CSV: a header that names the columns x, y, z and label in any order among others, or
- * four numbers a line without a header; x, y, z [m, map frame] are the centre of a cell, label is 1
+ * four numbers per line without a header; x, y, z [m, map frame] are the centre of a cell, label is 1
  * (occupied) or 0 (free). Empty lines and lines that begin with # are left out.
  * @param name  of the text, for messages
  * @throws std::runtime_error naming the text, the number of the line and what is wrong with it; also for a
- * cell that stands in it twice and for a text without cells */
+ * cell that occurs twice and for a text without cells */
 [[nodiscard]] Truth readTruthCsv(std::istream& in, const std::string& name);
 
 /** Reads a truth from a file: `.csv` as above, or any map that openCellMap() reads (`.bt` for one), whose

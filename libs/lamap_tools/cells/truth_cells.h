@@ -12,7 +12,7 @@ namespace lamap::tools
 /// A cell, and whether it is occupied.
 using LabelledCell = std::pair<CellIndex, bool>;
 
-/// A map that is sure of each of these cells, which may stand in any order, each once.
+/// A map that is sure of each of these cells, given in any order, each once.
 [[nodiscard]] std::unique_ptr<CellMap> cellsOf(std::vector<LabelledCell> cells, double resolution_m);
 
 /// A truth as such a map; nothing where it has one cell only.

@@ -54,7 +54,7 @@ class BuildNotes
     EmptyScans emptyScans;  ///< of those that made free space
     double longest_m = 0;   ///< range of a return
     double height_m = 0;    ///< the largest one of a scan without its outliers
-    size_t crowded = 0;     ///< scans that more than half of are in fewer than ten cells
+    size_t crowded = 0;     ///< scans of which more than half lies in fewer than ten cells
   };
   /// What was seen of an input.
   struct Log

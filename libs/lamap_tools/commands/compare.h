@@ -77,8 +77,8 @@ struct Comparison
 /** Builds several maps from one reading of the inputs, scores them alike, and takes the time that each needs
  * for a scan: only insertion counts, and each map gets a copy of the scan that no other has prepared for it.
  *
- * @throws UsageError if the options do not go together or a map is none; std::runtime_error as buildMap(),
- * scoreMap() and scoreHeldOut(), and if the page cannot be written */
+ * @throws UsageError if the options do not go together or there is no such map; std::runtime_error as
+ * buildMap(), scoreMap() and scoreHeldOut(), and if the page cannot be written */
 [[nodiscard]] Comparison compareMaps(const CompareOptions& options, const ProgressSink& progress = nullptr);
 
 /// The maps in one table: quality over all cells, time for a scan, memory.

@@ -37,7 +37,7 @@ Span spanAround(int64_t time_us)
   return {time_us - kHalfAMillisecond_us, time_us + kHalfAMillisecond_us};
 }
 
-/// Of a date: the moment if it has a time of day, else the whole day; nothing if the text is none.
+/// Of a date: the moment if it has a time of day, else the whole day; nothing if the text is not a date.
 std::optional<Span> dateIn(std::string_view text)
 {
   if (!text.empty() && text.back() == 'Z') text.remove_suffix(1);

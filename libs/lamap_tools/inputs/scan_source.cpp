@@ -34,7 +34,7 @@ enum class InputKind
   Graph
 };
 
-/// How to make a log of a bag, which lamap does not read; nothing for what is none.
+/// How to make a log of a bag, which lamap does not read; nothing for anything else.
 std::optional<std::string> adviceOnBag(const std::string& path)
 {
   const bool isFolder = fs::is_directory(path);
@@ -200,7 +200,7 @@ std::vector<std::unique_ptr<ScanSource>> openAllOf(const InputOptions& options)
     if (poses.front().time == INVALID_TIMESTAMP)
       throw std::runtime_error(
           options.posesPath +
-          ": its poses have no times (KITTI: twelve numbers a line), so they do not tell "
+          ": its poses have no times (KITTI: twelve numbers per line), so they do not tell "
           "where a rawlog's observations were made; expected lines that begin with a time");
     track = std::make_shared<const PoseTrack>(poses);
   }

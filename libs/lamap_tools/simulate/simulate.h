@@ -27,7 +27,7 @@ struct SimulateOptions
   std::string sensor;                ///< one of sim::sensorNames(); empty: the world's own
   std::optional<int> scans;          ///< ≥ 1; for a sonar sweeps; without it the world's own number
   std::optional<double> rangeMax_m;  ///< > 0; without it the sensor's own
-  /// "stops", "driving" or a file of poses (TUM, or MRPT's path text), one a scan; empty: the world's own.
+  /// "stops", "driving" or a file of poses (TUM, or MRPT's path text), one per scan; empty: the world's own.
   std::string trajectory;
   /// "x,y,z" or "x,y,z,yaw" [m, degrees]: the sensor stands there for all scans. Empty: it does not.
   std::string standAt;
