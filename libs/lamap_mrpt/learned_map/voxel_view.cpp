@@ -1,4 +1,5 @@
 // Learned maps as COctoMapVoxels, which every MRPT viewer can draw without this library.
+#include <lamap_core/grid/evidence.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_mrpt/learned_map/cell_hash.h>
 #include <lamap_mrpt/learned_map/occupied_cells.h>
@@ -10,8 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include <lamap_core/grid/evidence.h>
 
 namespace lamap
 {

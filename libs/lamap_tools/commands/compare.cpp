@@ -1,13 +1,16 @@
+#include <lamap_tools/commands/compare.h>
+
 #include <lamap_core/training/scan_labels.h>
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_tools/cells/truth.h>
-#include <lamap_tools/commands/compare.h>
+#include <lamap_tools/commands/comparison_page.h>
 #include <lamap_tools/commands/query_map.h>
 #include <lamap_tools/commands/scored_map.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/scores/held_out_cells.h>
 #include <lamap_tools/scores/score_report.h>
 #include <mrpt/core/format.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
@@ -18,9 +21,6 @@
 #include <ostream>
 #include <sstream>
 #include <stdexcept>
-
-#include <lamap_tools/commands/comparison_page.h>
-#include <lamap_tools/scores/held_out_cells.h>
 
 namespace lamap::tools
 {

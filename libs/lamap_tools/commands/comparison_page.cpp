@@ -1,7 +1,9 @@
 #include <lamap_tools/commands/comparison_page.h>
 
 #include <lamap_tools/cells/cell_table.h>
+#include <lamap_tools/cells/truth_cells.h>
 #include <lamap_tools/files/file_output.h>
+#include <lamap_tools/pictures/occupied_frame.h>
 #include <lamap_tools/pictures/render_map.h>
 #include <mrpt/core/format.h>
 #include <mrpt/system/string_utils.h>
@@ -9,9 +11,6 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
-
-#include <lamap_tools/cells/truth_cells.h>
-#include <lamap_tools/pictures/occupied_frame.h>
 
 namespace lamap::tools
 {

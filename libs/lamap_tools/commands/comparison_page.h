@@ -2,10 +2,9 @@
 
 #include <lamap_tools/cells/truth.h>
 #include <lamap_tools/commands/compare.h>
+#include <lamap_tools/report/text_table.h>
 
 #include <string>
-
-#include <lamap_tools/report/text_table.h>
 
 namespace lamap::tools
 {

@@ -1,10 +1,12 @@
+#include <lamap_tools/commands/thin_log.h>
+
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_mrpt/observations/observation_rays.h>
-#include <lamap_tools/commands/thin_log.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/rawlog_file.h>
+#include <lamap_tools/inputs/simple_map_file.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/maps/CPointsMap.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
@@ -18,8 +20,6 @@
 #include <ostream>
 #include <stdexcept>
 #include <vector>
-
-#include <lamap_tools/inputs/simple_map_file.h>
 
 namespace lamap::tools
 {

@@ -1,12 +1,14 @@
+#include <lamap_tools/commands/tune.h>
+
 #include <lamap_core/training/scan_labels.h>
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_tools/commands/scored_map.h>
-#include <lamap_tools/commands/tune.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/scan_inserter.h>
 #include <lamap_tools/report/text_table.h>
+#include <lamap_tools/scores/held_out_cells.h>
 #include <lamap_tools/scores/score_report.h>
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/core/format.h>
@@ -19,8 +21,6 @@
 #include <ostream>
 #include <set>
 #include <stdexcept>
-
-#include <lamap_tools/scores/held_out_cells.h>
 
 namespace lamap::tools
 {

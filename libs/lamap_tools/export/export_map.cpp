@@ -39,9 +39,8 @@ void requireExportable(const std::string& path, const ExportOptions& options)
   const std::string extension = extensionOf(path);
   const auto& known = {".csv", ".ply", ".pcd", ".bt", ".ot", ".3dscene", ".png", ".yaml"};
   if (std::find(known.begin(), known.end(), extension) == known.end())
-    throw UsageError(
-        path + ": '" + extension +
-        "' is no format that maps are exported to; known are .csv .ply .pcd .bt .ot .3Dscene .png .yaml");
+    throw UsageError(path + ": '" + extension +
+                     "' is not a format for export; known are .csv .ply .pcd .bt .ot .3Dscene .png .yaml");
   for (const auto& height_m : {options.z_m, options.zMin_m, options.zMax_m})
     if (height_m && !std::isfinite(*height_m))
       throw UsageError(path + ": a height is not a finite number [m]");

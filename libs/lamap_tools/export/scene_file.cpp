@@ -3,6 +3,7 @@
 #include <lamap_tools/cells/cell_table.h>
 #include <lamap_tools/export/export_map.h>
 #include <lamap_tools/pictures/palette.h>
+#include <lamap_tools/pictures/picture_frame.h>
 #include <mrpt/opengl/CGridPlaneXY.h>
 #include <mrpt/opengl/COctoMapVoxels.h>
 #include <mrpt/opengl/COpenGLScene.h>
@@ -11,8 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-
-#include <lamap_tools/pictures/picture_frame.h>
 
 namespace lamap::tools
 {

@@ -1,3 +1,5 @@
+#include <lamap_tools/inputs/scan_source.h>
+
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/text_fields.h>
@@ -5,7 +7,8 @@
 #include <lamap_tools/inputs/graph_file.h>
 #include <lamap_tools/inputs/pcd_source.h>
 #include <lamap_tools/inputs/pose_track.h>
-#include <lamap_tools/inputs/scan_source.h>
+#include <lamap_tools/inputs/rawlog_source.h>
+#include <lamap_tools/inputs/simple_map_file.h>
 #include <mrpt/img/CImage.h>
 #include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/obs/CRawlog.h>
@@ -16,9 +19,6 @@
 #include <cctype>
 #include <filesystem>
 #include <stdexcept>
-
-#include <lamap_tools/inputs/rawlog_source.h>
-#include <lamap_tools/inputs/simple_map_file.h>
 
 namespace lamap::tools
 {

@@ -2,6 +2,8 @@
 
 #include <lamap_tools/cells/cell_table.h>
 #include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/pictures/occupied_frame.h>
+#include <lamap_tools/pictures/picture_frame.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,9 +12,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <vector>
-
-#include <lamap_tools/pictures/occupied_frame.h>
-#include <lamap_tools/pictures/picture_frame.h>
 
 namespace lamap::tools
 {
@@ -84,9 +83,7 @@ int32_t layerWithMostOccupied(const CellMap& map, const std::optional<CellExtent
       {
         if (!box || inside(cell, *box)) occupied[cell.z] += estimate.state == CellState::Occupied ? 1 : 0;
       });
-  if (occupied.empty())
-    throw std::runtime_error(box ? "the map has no cell in the box asked for, there is nothing to draw"
-                                 : "the map is empty, there is nothing to draw");
+  if (occupied.empty()) failNothingToDraw(map, "cell in the box asked for");
   return std::max_element(occupied.begin(), occupied.end(),
                           [](auto& a, auto& b) { return a.second < b.second; })
       ->first;
@@ -153,9 +150,8 @@ CellExtent shownExtent(const CellMap& map, const RenderOptions& options, const L
   std::optional<CellExtent> extent = cellExtent(map, [&](const CellIndex& cell, const CellEstimate&)
                                                 { return layers.has(cell) && (!box || inside(cell, *box)); });
   if (!extent)
-    throw std::runtime_error(std::string("the map has no cell ") + (box ? "in the box " : "") +
-                             "at the heights asked for (" + heightsText(map, options, layers) +
-                             "), there is nothing to draw");
+    failNothingToDraw(map, std::string("cell ") + (box ? "in the box " : "") + "at the heights asked for (" +
+                               heightsText(map, options, layers) + ")");
   if (box) extent = box;
   const CellExtent middle =
       box ? *box

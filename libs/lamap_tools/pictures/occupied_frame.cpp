@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <stdexcept>
 
 namespace lamap::tools
 {
@@ -74,6 +75,12 @@ std::optional<CellExtent> cellsOfBox(const RenderOptions& options, double resolu
   CellExtent extent{{first(low.x), first(low.y), first(low.z)}, {last(high.x), last(high.y), last(high.z)}};
   extent.include(extent.first);  // a box thinner than a cell
   return extent;
+}
+
+void failNothingToDraw(const CellMap& map, const std::string& missing)
+{
+  throw std::runtime_error((cellExtent(map) ? "the map has no " + missing : "the map is empty") +
+                           "; there is nothing to draw");
 }
 
 }  // namespace lamap::tools

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 
 namespace lamap::tools
 {
@@ -17,6 +18,11 @@ namespace lamap::tools
  * @return empty if none of them is occupied */
 [[nodiscard]] std::optional<CellExtent> occupiedFrame(const CellMap& map,
                                                       const std::function<bool(const CellIndex&)>& shown);
+
+/** Ends a picture of a map that has none of the cells it would show.
+ * @param missing  what it would show: "occupied cell in the box asked for"
+ * @throws std::runtime_error naming them, or saying that the map is empty */
+[[noreturn]] void failNothingToDraw(const CellMap& map, const std::string& missing);
 
 /// The cells of the box in the options, at least one along each axis; empty if the options have no box.
 [[nodiscard]] std::optional<CellExtent> cellsOfBox(const RenderOptions& options, double resolution_m);

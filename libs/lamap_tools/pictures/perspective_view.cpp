@@ -1,7 +1,11 @@
 #include <lamap_tools/pictures/perspective_view.h>
 
 #include <lamap_tools/cells/cell_table.h>
+#include <lamap_tools/pictures/occupied_frame.h>
 #include <lamap_tools/pictures/palette.h>
+#include <lamap_tools/pictures/picture_frame.h>
+#include <lamap_tools/pictures/pinhole_view.h>
+#include <lamap_tools/pictures/voxel_mesh.h>
 #include <mrpt/math/CMatrixF.h>
 #include <mrpt/opengl/CFBORender.h>
 #include <mrpt/opengl/COpenGLScene.h>
@@ -12,11 +16,6 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
-
-#include <lamap_tools/pictures/occupied_frame.h>
-#include <lamap_tools/pictures/picture_frame.h>
-#include <lamap_tools/pictures/pinhole_view.h>
-#include <lamap_tools/pictures/voxel_mesh.h>
 
 namespace lamap::tools
 {
@@ -86,9 +85,8 @@ CellExtent occupiedExtent(const CellMap& map, const Selection& selection)
   const auto extent = cellExtent(map, [&](const CellIndex& cell, const CellEstimate& estimate)
                                  { return estimate.state == CellState::Occupied && selection.has(cell); });
   if (!extent)
-    throw std::runtime_error(std::string("the map has no occupied cell ") +
-                             (selection.box ? "in the box" : "at the heights") +
-                             " asked for, there is nothing to draw");
+    failNothingToDraw(map, std::string("occupied cell ") + (selection.box ? "in the box" : "at the heights") +
+                               " asked for");
   return *extent;
 }
 

@@ -1,8 +1,11 @@
+#include <lamap_tools/pictures/render_map.h>
+
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/usage_error.h>
-#include <lamap_tools/pictures/render_map.h>
+#include <lamap_tools/pictures/flat_view.h>
+#include <lamap_tools/pictures/perspective_view.h>
 
 #include <algorithm>
 #include <charconv>
@@ -10,9 +13,6 @@
 #include <filesystem>
 #include <stdexcept>
 #include <system_error>
-
-#include <lamap_tools/pictures/flat_view.h>
-#include <lamap_tools/pictures/perspective_view.h>
 
 namespace lamap::tools
 {

@@ -3,6 +3,7 @@
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/pictures/gnuplot.h>
+#include <lamap_tools/report/text_table.h>
 #include <lamap_tools/scores/score_report.h>
 #include <mrpt/core/format.h>
 
@@ -10,8 +11,6 @@
 #include <array>
 #include <functional>
 #include <stdexcept>
-
-#include <lamap_tools/report/text_table.h>
 
 namespace lamap::tools
 {

@@ -1,10 +1,10 @@
-#include <lamap_tools/files/file_output.h>
 #include <lamap_tools/scores/score_report.h>
+
+#include <lamap_tools/files/file_output.h>
+#include <lamap_tools/report/text_table.h>
 #include <mrpt/core/format.h>
 
 #include <ostream>
-
-#include <lamap_tools/report/text_table.h>
 
 namespace lamap::tools
 {

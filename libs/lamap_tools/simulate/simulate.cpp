@@ -1,3 +1,5 @@
+#include <lamap_tools/simulate/simulate.h>
+
 #include <lamap_core/options/nearest_name.h>
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
@@ -10,7 +12,8 @@
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/pose_track.h>
-#include <lamap_tools/simulate/simulate.h>
+#include <lamap_tools/simulate/simulated_log.h>
+#include <lamap_tools/simulate/simulated_truth.h>
 #include <mrpt/core/format.h>
 #include <mrpt/rtti/CObject.h>
 
@@ -20,9 +23,6 @@
 #include <memory>
 #include <set>
 #include <stdexcept>
-
-#include <lamap_tools/simulate/simulated_log.h>
-#include <lamap_tools/simulate/simulated_truth.h>
 
 namespace lamap::tools
 {
