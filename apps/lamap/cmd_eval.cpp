@@ -1,5 +1,5 @@
+#include <lamap_tools/cells/truth.h>
 #include <lamap_tools/commands/held_out.h>
-#include <lamap_tools/commands/query_map.h>
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/output_paths.h>
 #include <lamap_tools/scores/score_report.h>

@@ -1,4 +1,5 @@
 #include <lamap_tools/commands/query_map.h>
+#include <lamap_tools/files/point_list.h>
 
 #include "command_line.h"
 

@@ -1,6 +1,6 @@
 #include "command_line.h"
 
-#include <lamap_tools/commands/query_map.h>
+#include <lamap_tools/files/point_list.h>
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/scores/score_report.h>
 #include <unistd.h>

@@ -3,6 +3,7 @@
 #include <lamap_mrpt/maps/CBGKMap.h>
 #include <lamap_tools/commands/map_info.h>
 #include <lamap_tools/commands/query_map.h>
+#include <lamap_tools/files/point_list.h>
 #include <lamap_tools/files/usage_error.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 

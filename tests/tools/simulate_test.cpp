@@ -5,7 +5,6 @@
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/cells/truth.h>
 #include <lamap_tools/commands/map_build.h>
-#include <lamap_tools/commands/query_map.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/pose_track.h>
 #include <lamap_tools/simulate/simulate.h>

@@ -1,6 +1,8 @@
-#include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/cells/truth.h>
+
+#include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/files/file_names.h>
+#include <lamap_tools/files/point_list.h>
 #include <lamap_tools/files/text_fields.h>
 
 #include <algorithm>
@@ -192,6 +194,14 @@ Truth readTruth(const std::string& path)
   std::ifstream in(path);
   if (!in) throw std::runtime_error(path + ": cannot be opened: " + std::strerror(errno));
   return readTruthCsv(in, path);
+}
+
+void readSurface(const std::string& path, Truth& truth)
+{
+  truth.surface_map.clear();
+  for (const mrpt::math::TPoint3D& point : readPointsFile(path))
+    truth.surface_map.emplace_back(point.x, point.y, point.z);
+  if (truth.surface_map.empty()) throw std::runtime_error(path + ": holds no point; expected lines x,y,z");
 }
 
 }  // namespace lamap::tools

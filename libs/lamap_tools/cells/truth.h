@@ -47,4 +47,8 @@ struct Truth
  * @throws std::runtime_error as readTruthCsv and openCellMap. */
 [[nodiscard]] Truth readTruth(const std::string& path);
 
+/** Points on surfaces, for the distances of MapGeometry. @throws as readPointsFile(), and for a file without
+ * points */
+void readSurface(const std::string& path, Truth& truth);
+
 }  // namespace lamap::tools

@@ -5,7 +5,6 @@
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_tools/cells/truth.h>
 #include <lamap_tools/commands/comparison_page.h>
-#include <lamap_tools/commands/query_map.h>
 #include <lamap_tools/commands/scored_map.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/file_output.h>
