@@ -157,7 +157,7 @@ int evaluate(EvalArguments& arguments)
 void addEval(CLI::App& app, Action& action)
 {
   addCommand<EvalArguments>(app, action, "eval",
-                            "Score maps against the truth, or a map against scans kept from it", describe,
+                            "Score maps against the truth, or a map against scans left out of it", describe,
                             evaluate, check);
 }
 
