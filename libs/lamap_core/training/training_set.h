@@ -160,8 +160,9 @@ void TrainingSet::forEachPoint(Visit&& visit) const
       for (uint64_t rest = cells.hit[z] | free; rest != 0; rest &= rest - 1)
       {
         const int bit = __builtin_ctzll(rest);
+        const int row = bit / kScanBlockEdge;
         const Eigen::Vector3d centre(block.x * kScanBlockEdge - offset.x + bit % kScanBlockEdge + 0.5,
-                                     block.y * kScanBlockEdge - offset.y + bit / kScanBlockEdge + 0.5,
+                                     block.y * kScanBlockEdge - offset.y + row + 0.5,
                                      block.z * kScanBlockEdge - offset.z + static_cast<int>(z) + 0.5);
         if ((cells.hit[z] >> bit & 1) != 0) visit(TrainingPoint{centre, true, hitWeight, 0});
         if ((free >> bit & 1) != 0) visit(TrainingPoint{centre, false, freeWeight, 0});

@@ -65,7 +65,7 @@ std::vector<std::string> namesOfMaps(const CompareOptions& options)
 {
   if (!options.maps.empty()) return options.maps;
   if (options.configPath.empty()) return {"bgkMap", "overlappingHilbertMap", "hilbertMap", "octoMap"};
-  const std::vector<std::string> counted = mapsCountedIn(options.configPath);
+  std::vector<std::string> counted = mapsCountedIn(options.configPath);
   if (counted.empty()) throw std::runtime_error(options.configPath + ": asks for no map in section [map]");
   return counted;
 }
