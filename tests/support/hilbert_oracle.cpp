@@ -13,12 +13,11 @@ double oracleCompactKernel(const Eigen::Vector3d& d, double gamma, double cutoff
   return std::max(0.0, std::exp(-gamma * d.squaredNorm()) - cutoff);
 }
 
-HilbertTrainingSet trainingSetOf(const Scan& scan, const RangeOptions& limits,
-                                 const HilbertSampling& sampling, const HilbertFrame& frame,
-                                 RayCounts* counts)
+HilbertTrainingSet trainingSetOf(const Scan& scan, const RangeOptions& limits, const SamplingRules& rules,
+                                 const HilbertFrame& frame, RayCounts* counts)
 {
   Sampler sampler;
-  const TrainingSet& taught = sampler.sample(selectRays(scan, limits), sampling.rules(), frame.cells, {}, 1);
+  const TrainingSet& taught = sampler.sample(selectRays(scan, limits), rules, frame.cells, {}, 1);
   if (counts != nullptr) *counts = taught.counts;
   HilbertTrainingSet set;
   set.append(taught, frame);

@@ -14,9 +14,8 @@ namespace lamap::test
 double oracleCompactKernel(const Eigen::Vector3d& d, double gamma, double cutoff);
 
 /// The training set of a scan, as Hilbert maps make it.
-HilbertTrainingSet trainingSetOf(const Scan& scan, const RangeOptions& limits,
-                                 const HilbertSampling& sampling, const HilbertFrame& frame,
-                                 RayCounts* counts = nullptr);
+HilbertTrainingSet trainingSetOf(const Scan& scan, const RangeOptions& limits, const SamplingRules& rules,
+                                 const HilbertFrame& frame, RayCounts* counts = nullptr);
 /// The lattice's frame around the first fan of a scan, for sites of 0.25 m.
 HilbertFrame frameAround(const Scan& scan, double resolution_m);
 

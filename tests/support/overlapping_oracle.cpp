@@ -130,7 +130,7 @@ void OverlappingOracle::addModel(const HilbertModel& model, const std::vector<Sc
       moved.fans.push_back(movedFan);
     }
     RangeOptions none;
-    const HilbertTrainingSet set = trainingSetOf(moved, none, inference_, frame);
+    const HilbertTrainingSet set = trainingSetOf(moved, none, inference_.rules(), frame);
     points.insert(points.end(), set.points.begin(), set.points.end());
   }
   for (int axis = 0; axis < 3; ++axis)

@@ -73,6 +73,13 @@ void OverlappingStructure::validate() const
   requireLegalOptions(*this, resolution);
 }
 
+SamplingRules OverlappingInference::rules() const
+{
+  SamplingRules rules = HilbertSampling::rules();
+  rules.keepGlancingSurfaces = false;
+  return rules;
+}
+
 void OverlappingInference::validate() const
 {
   requireLegalOptions(*this, std::nullopt);

@@ -48,6 +48,9 @@ struct OverlappingInference : public HilbertSampling,
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate() const;
+  /// As of all Hilbert maps, but for surfaces at a glancing angle: models see places free by their own rule,
+  /// and with both the log loss is higher.
+  [[nodiscard]] SamplingRules rules() const;
   /// Describes every option, once.
   [[nodiscard]] static const OptionTable& optionTable();
   friend bool operator==(const OverlappingInference& a, const OverlappingInference& b);

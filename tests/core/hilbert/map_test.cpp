@@ -57,7 +57,7 @@ TEST(HilbertMapProperty, IncrementalPosteriorIsThatOfDenseLaplace)
       map.insert(scan, inference, nullptr, 1);
 
       const HilbertFrame frame = frameAround(scan, 0.1);
-      HilbertTrainingSet set = trainingSetOf(scan, inference.rangeLimits(), inference, frame);
+      HilbertTrainingSet set = trainingSetOf(scan, inference.rangeLimits(), inference.rules(), frame);
       for (Eigen::Vector3d& point : set.points)
       {
         point += 0.25 * Eigen::Vector3d(frame.anchorSite.x, frame.anchorSite.y, frame.anchorSite.z);
@@ -516,7 +516,7 @@ TEST(HilbertMap, BatchTrainsOnAllPointsWhenItIsAsked)
     map.insert(scan, inference, nullptr, 1);
     EXPECT_TRUE(map.isStale());
     const HilbertFrame frame = frameAround(scan, 0.1);
-    const HilbertTrainingSet set = trainingSetOf(scan, inference.rangeLimits(), inference, frame);
+    const HilbertTrainingSet set = trainingSetOf(scan, inference.rangeLimits(), inference.rules(), frame);
     for (size_t i = 0; i < set.size(); ++i)
       all.add(
           set.points[i] + 0.25 * Eigen::Vector3d(frame.anchorSite.x, frame.anchorSite.y, frame.anchorSite.z),

@@ -30,7 +30,8 @@ struct Score
 Score heldOutScore(const HilbertMap& map, const Scan& scan)
 {
   const HilbertFrame frame = frameAround(scan, 0.1);
-  const HilbertTrainingSet set = trainingSetOf(scan, eightMetres().rangeLimits(), {}, frame);
+  const HilbertTrainingSet set =
+      trainingSetOf(scan, eightMetres().rangeLimits(), HilbertSampling{}.rules(), frame);
   std::vector<std::pair<double, bool>> scored;
   Score score;
   for (size_t i = 0; i < set.size(); ++i)

@@ -41,7 +41,7 @@ TEST(HilbertTrainingSet, SamplesRunBackwardsFromTheHit)
   sampling.trainingPoints = HilbertPoints::Points;
   const HilbertFrame frame = *HilbertFrame::inMap({0.3, 0.3, 0.3}, kResolution, kSpacing, {});
   const HilbertTrainingSet set =
-      trainingSetOf(scanWith({fanOf({0.3, 0.3, 0.3}, {{2.3, 0.3, 0.3}})}), {}, sampling, frame);
+      trainingSetOf(scanWith({fanOf({0.3, 0.3, 0.3}, {{2.3, 0.3, 0.3}})}), {}, sampling.rules(), frame);
   ASSERT_EQ(set.size(), 8u);
   EXPECT_EQ(set.labels[0], 1.0f);
   EXPECT_EQ(set.weights[0], 2.0f);
@@ -63,13 +63,13 @@ TEST(HilbertTrainingSet, RaysWithoutAReturnAreFreeUpToTheirEnd)
   const HilbertFrame frame = *HilbertFrame::inMap({0, 0, 0}, kResolution, kSpacing, {});
   RangeOptions limits;
   limits.maxRange = 1.0;
-  const HilbertTrainingSet set = trainingSetOf(scan, limits, sampling, frame);
+  const HilbertTrainingSet set = trainingSetOf(scan, limits, sampling.rules(), frame);
   ASSERT_EQ(set.size(), 4u);  // 1.0, 0.7, 0.4, 0.1
   EXPECT_NEAR(set.points[0].z() + anchorCorner(frame).z(), 1.0, 1e-7);
   EXPECT_NEAR(set.points[3].z() + anchorCorner(frame).z(), 0.1, 1e-7);
   limits.considerInvalidRangesAsFreeSpace = false;
   RayCounts counts;
-  EXPECT_EQ(trainingSetOf(scan, limits, sampling, frame, &counts).size(), 0u);
+  EXPECT_EQ(trainingSetOf(scan, limits, sampling.rules(), frame, &counts).size(), 0u);
   EXPECT_EQ(counts.unbounded, 1u);
 }
 
@@ -90,7 +90,7 @@ TEST(HilbertTrainingSetProperty, CellsCountOnceAndNoFreeCellHasAHit)
     const Eigen::Vector3d near = scan.fans[0].centre;
     const HilbertFrame frame = *HilbertFrame::inMap(near, kResolution, kSpacing, {});
     RayCounts counts;
-    const HilbertTrainingSet set = trainingSetOf(scan, limits, sampling, frame, &counts);
+    const HilbertTrainingSet set = trainingSetOf(scan, limits, sampling.rules(), frame, &counts);
 
     // By the definition, in the map's own coordinates.
     std::set<Key> hits;
@@ -161,7 +161,7 @@ TEST(HilbertTrainingSet, UnusableRaysAreCountedAndLeftOut)
     HilbertSampling sampling;
     sampling.trainingPoints = kind;
     RayCounts counts;
-    EXPECT_EQ(trainingSetOf(scan, {}, sampling, frame, &counts).size(), 0u);
+    EXPECT_EQ(trainingSetOf(scan, {}, sampling.rules(), frame, &counts).size(), 0u);
     EXPECT_EQ(counts.notFinite, 2u);
     EXPECT_EQ(counts.tooNear, 1u);
     EXPECT_EQ(counts.outside, 1u);
