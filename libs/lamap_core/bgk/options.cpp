@@ -46,6 +46,7 @@ const OptionTable& BgkInference::optionTable()
         .onlyWhere({"freeResolution", "freeDownsampling"}, {{"freeSpace", {"samples"}}})
         .onlyWhere({"freeMargin", "freeWeight", "protectHits"}, {{"freeSpace", {"samples", "line"}}});
     all.include<RangeOptions>();
+    addWidthOptions(all);
     addThresholdOptions(all);
     return addVarianceThresholdOption(all, 1);
   }();
@@ -78,7 +79,7 @@ bool operator==(const BgkInference& a, const BgkInference& b)
 
 SamplingRules BgkInference::samplingRules() const
 {
-  SamplingRules rules = rulesWith(freeSpace);
+  SamplingRules rules = rulesWith(freeSpace, *kernelSupport);
   rules.freeWeight = freeWeight;
   return rules;
 }

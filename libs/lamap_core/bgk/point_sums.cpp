@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace lamap
 {
@@ -36,12 +37,12 @@ CellBox cellsBetween(const Eigen::Vector3d& low, const Eigen::Vector3d& high, co
   return box;
 }
 
-/// Adds the weights of the squared distances to the cells' centres.
-template <typename SquaredDistance>
-bool addBox(const WeightedKernel& weights, const CellBox& box, const BlockPlace& block,
-            const SquaredDistance& squaredDistance, BlockSums& sums)
+/// Adds the weights of cells by their centre. @param place of a cell's centre: level of the width, and the
+/// squared distance
+template <typename Place>
+bool addBox(const WeightedKernels& weights, const CellBox& box, const BlockPlace& block, const Place& placeOf,
+            BlockSums& sums)
 {
-  const double squaredSupport = weights.kernel.support() * weights.kernel.support();
   bool any = false;
   for (int z = box.first[2]; z <= box.last[2]; ++z)
   {
@@ -49,11 +50,12 @@ bool addBox(const WeightedKernel& weights, const CellBox& box, const BlockPlace&
     {
       for (int x = box.first[0]; x <= box.last[0]; ++x)
       {
-        const Eigen::Vector3d centre = block.firstCell + Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
-        const double squared = squaredDistance(centre);
-        if (!(squared < squaredSupport)) continue;
+        const auto [level, squared] =
+            placeOf(Eigen::Vector3d(block.firstCell + Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5)));
+        const double support = weights.kernels.supportOf(level);
+        if (!(squared < support * support)) continue;
         sums[static_cast<size_t>((z * kEdge + y) * kEdge + x)] +=
-            weights.scale.quantized(weights.factor * weights.kernel.atSquaredDistance(squared));
+            weights.scale.quantized(weights.factor * weights.kernels.at(level, squared));
         any = true;
       }
     }
@@ -63,25 +65,40 @@ bool addBox(const WeightedKernel& weights, const CellBox& box, const BlockPlace&
 
 }  // namespace
 
-bool addPoint(const WeightedKernel& weights, const Eigen::Vector3d& point, const BlockPlace& block,
+bool addPoint(const WeightedKernels& weights, const PlacedPoint& point, const BlockPlace& block,
               BlockSums& sums)
 {
-  const Eigen::Vector3d support = Eigen::Vector3d::Constant(weights.kernel.support());
+  const size_t level = weights.kernels.levelOf(point.width * point.width);
+  const Eigen::Vector3d support = Eigen::Vector3d::Constant(weights.kernels.supportOf(level));
   return addBox(
-      weights, cellsBetween(point - support, point + support, block), block,
-      [&](const Eigen::Vector3d& centre) { return (centre - point).squaredNorm(); }, sums);
+      weights, cellsBetween(point.place - support, point.place + support, block), block,
+      [&](const Eigen::Vector3d& centre)
+      { return std::make_pair(level, (centre - point.place).squaredNorm()); },
+      sums);
 }
 
-bool addSegment(const WeightedKernel& weights, const FreeSegment& segment, const BlockPlace& block,
+double supportOf(const KernelsByWidth& kernels, const FreeSegment& segment)
+{
+  // Variances are convex along a ray: the widest point stands at an end.
+  const double widest =
+      std::max(segment.width.constant, segment.width.variance((segment.end - segment.begin).norm()));
+  return kernels.supportOf(kernels.levelOf(widest));
+}
+
+bool addSegment(const WeightedKernels& weights, const FreeSegment& segment, const BlockPlace& block,
                 BlockSums& sums)
 {
   const Eigen::Vector3d ray = segment.end - segment.begin;
   const double squaredLength = ray.squaredNorm();
-  const auto squaredDistance = [&](const Eigen::Vector3d& centre)
+  const double length = std::sqrt(squaredLength);
+  const bool hasWidth = segment.width.any();
+  const auto placeOf = [&](const Eigen::Vector3d& centre)
   {
     const double along =
-        squaredLength > 0 ? (centre - segment.begin).dot(ray) / squaredLength : 0.0;      // Eq. (4.31)
-    return (centre - (segment.begin + std::clamp(along, 0.0, 1.0) * ray)).squaredNorm();  // Eq. (4.30)
+        squaredLength > 0 ? (centre - segment.begin).dot(ray) / squaredLength : 0.0;  // Eq. (4.31)
+    const double clamped = std::clamp(along, 0.0, 1.0);
+    const size_t level = hasWidth ? weights.kernels.levelOf(segment.width.variance(clamped * length)) : 0;
+    return std::make_pair(level, (centre - (segment.begin + clamped * ray)).squaredNorm());  // Eq. (4.30)
   };
 
   // Slab by slab across the ray's longest axis, only the cells around the part of the ray that can reach the
@@ -89,7 +106,7 @@ bool addSegment(const WeightedKernel& weights, const FreeSegment& segment, const
   Eigen::Index major = 0;
   ray.cwiseAbs().maxCoeff(&major);
   const auto m = static_cast<size_t>(major);
-  const double support = weights.kernel.support();
+  const double support = supportOf(weights.kernels, segment);
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(support);
   const CellBox whole = cellsBetween(segment.begin.cwiseMin(segment.end) - margin,
                                      segment.begin.cwiseMax(segment.end) + margin, block);
@@ -113,7 +130,7 @@ bool addSegment(const WeightedKernel& weights, const FreeSegment& segment, const
     CellBox box = cellsBetween(p.cwiseMin(q) - wider, p.cwiseMax(q) + wider, block);
     box.first[m] = slab;
     box.last[m] = slab;
-    any |= addBox(weights, box, block, squaredDistance, sums);
+    any |= addBox(weights, box, block, placeOf, sums);
   }
   return any;
 }

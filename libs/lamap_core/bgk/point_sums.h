@@ -1,6 +1,6 @@
 #pragma once
 
-#include <lamap_core/bgk/kernel.h>
+#include <lamap_core/bgk/kernels_by_width.h>
 #include <lamap_core/grid/weight_scale.h>
 #include <lamap_core/training/training_set.h>
 
@@ -19,20 +19,24 @@ struct BlockPlace
 };
 
 /// Kernel weights with their factor, for training points that stand anywhere.
-struct WeightedKernel
+struct WeightedKernels
 {
-  const Kernel& kernel;  ///< support in cells
+  const KernelsByWidth& kernels;
   double factor;
   WeightScale scale;
 };
 
-/// Adds k(|x − point|) for the cells of the block within the support. @return false if there are none.
-bool addPoint(const WeightedKernel& weights, const Eigen::Vector3d& point, const BlockPlace& block,
+/// Adds k(|x − point|), or what is expected of it, for the cells of the block within the support.
+/// @return false if there are none.
+bool addPoint(const WeightedKernels& weights, const PlacedPoint& point, const BlockPlace& block,
               BlockSums& sums);
 
 /// Adds k of the distance to the segment (thesis eq. 4.30; 4.31 with the parameter divided by |PQ|²), once
-/// per cell.
-bool addSegment(const WeightedKernel& weights, const FreeSegment& segment, const BlockPlace& block,
+/// per cell, as wide as the point that is nearest to the cell.
+bool addSegment(const WeightedKernels& weights, const FreeSegment& segment, const BlockPlace& block,
                 BlockSums& sums);
+
+/// How far from a segment cells have a weight [cells].
+[[nodiscard]] double supportOf(const KernelsByWidth& kernels, const FreeSegment& segment);
 
 }  // namespace lamap

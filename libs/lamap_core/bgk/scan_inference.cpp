@@ -2,6 +2,7 @@
 
 #include <lamap_core/bgk/cell_stencil.h>
 #include <lamap_core/bgk/point_sums.h>
+#include <lamap_core/bgk/wide_cells.h>
 #include <lamap_core/grid/block_lists.h>
 #include <lamap_core/grid/evidence_draft.h>
 #include <lamap_core/training/sampler.h>
@@ -26,10 +27,11 @@ struct Weights
       : inference(options),
         resolution(resolution_m),
         planar(isPlanar),
-        kernel(options.kernel, lengthInCells(*options.kernelSupport, resolution_m), options.kernelScale),
-        hitStencil(kernel, 1.0, isPlanar)
+        kernels(options.kernel, lengthInCells(*options.kernelSupport, resolution_m), options.kernelScale,
+                isPlanar),
+        hitStencil(kernels.sharp(), 1.0, isPlanar)
   {
-    if (options.freeWeight > 0) freeStencil.emplace(kernel, options.freeWeight, isPlanar);
+    if (options.freeWeight > 0) freeStencil.emplace(kernels.sharp(), options.freeWeight, isPlanar);
   }
 
   [[nodiscard]] bool areFor(const BgkInference& options, double resolution_m, bool isPlanar) const
@@ -40,7 +42,7 @@ struct Weights
   BgkInference inference;
   double resolution;
   bool planar;
-  Kernel kernel;
+  KernelsByWidth kernels;
   CellStencil hitStencil;
   std::optional<CellStencil> freeStencil;
 };
@@ -85,6 +87,23 @@ void clearSums(const Layers& layers, BlockSums& sums)
   std::fill(sums.begin() + layers.begin * kLayer, sums.begin() + layers.end * kLayer, int64_t{0});
 }
 
+/// Adds the sums of wide points, but for what is less than cells can hold.
+Layers addWide(const WideCells::Sums* wide, double factor, const WeightScale& scale, BlockSums& sums)
+{
+  if (wide == nullptr) return {};
+  constexpr double kSmallest = 1.0 / (1 << kEvidenceFractionBits);
+  Layers reached;
+  for (size_t cell = 0; cell < sums.size(); ++cell)
+  {
+    const double sum = factor * (*wide)[cell];
+    if (sum < kSmallest) continue;
+    sums[cell] += scale.quantized(sum);
+    const int z = static_cast<int>(cell) / (kEdge * kEdge);
+    reached.include({z, z + 1});
+  }
+  return reached;
+}
+
 BlockIndex operator+(const BlockIndex& a, const BlockIndex& b)
 {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
@@ -110,9 +129,11 @@ class BgkScanInference::Implementation
     MaskNeighbourhood neighbourhood;
   };
 
+  void sumWideCells(const Workers& workers);
+  [[nodiscard]] double farthestReach() const;
   void findTargets();
   void addTargetsAround(const BlockIndex& block, const CellIndex& first, const CellIndex& last);
-  void addTargetsAround(const std::vector<Eigen::Vector3d>& points, BlockLists& lists);
+  void addTargetsAround(const std::vector<PlacedPoint>& points, BlockLists& lists);
   void addTargetsAround(const std::vector<FreeSegment>& segments);
   void addTargetsBetween(const Eigen::Vector3d& low, const Eigen::Vector3d& high, BlockLists& lists,
                          uint32_t item);
@@ -122,9 +143,9 @@ class BgkScanInference::Implementation
   void findNeighbours(const BlockIndex& block, Worker& worker) const;
   Layers addCells(const CellStencil& stencil, CellMask BlockMasks::*mask, bool BlockMasks::*any,
                   Worker& worker, BlockSums& sums) const;
-  Layers addPoints(const std::vector<Eigen::Vector3d>& points, const BlockLists::Range& list,
-                   const WeightedKernel& weights, const BlockPlace& place, BlockSums& sums) const;
-  Layers addSegments(const BlockLists::Range& list, const WeightedKernel& weights, const BlockPlace& place,
+  Layers addPoints(const std::vector<PlacedPoint>& points, const BlockLists::Range& list,
+                   const WeightedKernels& weights, const BlockPlace& place, BlockSums& sums) const;
+  Layers addSegments(const BlockLists::Range& list, const WeightedKernels& weights, const BlockPlace& place,
                      const BlockMasks* masks, BlockSums& sums) const;
   void inferGroup(const BlockGroups::Group& group, const BlockShape& shape, Worker& worker) const;
   void draftPart(const CellIndex& from, int part, const Layers& layers, uint32_t base, Worker& worker) const;
@@ -140,6 +161,8 @@ class BgkScanInference::Implementation
   BlockLists hitLists_;
   BlockLists freeLists_;
   BlockGroups groups_;
+  WideCells wideHits_;
+  WideCells wideFree_;
   std::array<uint32_t, kScanBlockCells>
       partOffsets_{};  ///< Morton numbers of cells (x, y, z), at (z·8 + y)·8 + x
   WeightScale pointScale_{1.0, 1.0};
@@ -175,6 +198,7 @@ Evidence BgkScanInference::Implementation::infer(const Scan& scan, const BgkInfe
                                      workers.threads());
       });
   counts = training_->counts;
+  sumWideCells(workers);
   findTargets();
   const BlockShape shape(structure.blockDepth - 1, structure.planar);
   tabulatePartOffsets(shape);
@@ -205,10 +229,31 @@ BlockPlace BgkScanInference::Implementation::placeOf(const BlockIndex& target) c
   return place;
 }
 
+void BgkScanInference::Implementation::sumWideCells(const Workers& workers)
+{
+  const std::vector<ExpectedKernel>& kernels = weights_->kernels.wide();
+  wideHits_.compute(*training_, kernels, &WideMasks::hit, &WideMasks::anyHit, weights_->planar, workers);
+  wideFree_.compute(*training_, kernels, &WideMasks::free, &WideMasks::anyFree, weights_->planar, workers);
+}
+
+/// How far from its place a point of the scan may have a weight [cells].
+double BgkScanInference::Implementation::farthestReach() const
+{
+  const KernelsByWidth& kernels = weights_->kernels;
+  double widest = 0;
+  for (const std::vector<PlacedPoint>* points : {&training_->hitPoints, &training_->freePoints})
+    for (const PlacedPoint& point : *points) widest = std::max(widest, point.width);
+  double reach = kernels.supportOf(kernels.levelOf(widest * widest));
+  for (size_t level = 0; level < kWideLevels; ++level)
+    if (!training_->wideMasks[level].empty()) reach = std::max(reach, kernels.supportOf(level + 1));
+  for (const FreeSegment& segment : training_->freeSegments)
+    reach = std::max(reach, supportOf(kernels, segment));
+  return reach + 2;
+}
+
 void BgkScanInference::Implementation::findTargets()
 {
-  const int farthest = static_cast<int>(weights_->kernel.support()) + 2;
-  const int blocks = farthest / kEdge + 1;
+  const int blocks = static_cast<int>(farthestReach()) / kEdge + 1;
   const BlockIndex& low = training_->blocks.low();
   const BlockIndex& high = training_->blocks.high();
   targets_.reset({low.x - blocks, low.y - blocks, low.z - blocks},
@@ -221,6 +266,8 @@ void BgkScanInference::Implementation::findTargets()
     if (const auto box = markedBox(training_->masks[i]))
       addTargetsAround(training_->blocks.blocks()[i], box->first, box->second);
   }
+  for (const WideCells* wide : {&wideHits_, &wideFree_})
+    for (const BlockIndex& block : wide->blocks()) (void)targets_.findOrAdd(block);
   addTargetsAround(training_->hitPoints, hitLists_);
   addTargetsAround(training_->freePoints, freeLists_);
   addTargetsAround(training_->freeSegments);
@@ -229,8 +276,8 @@ void BgkScanInference::Implementation::findTargets()
 
   const auto points = static_cast<double>(training_->hitPoints.size() + training_->freePoints.size() +
                                           training_->freeSegments.size());
-  pointScale_ =
-      WeightScale(weights_->kernel.scale() * std::max(1.0, weights_->inference.freeWeight), points + 1.0);
+  pointScale_ = WeightScale(weights_->kernels.sharp().scale() * std::max(1.0, weights_->inference.freeWeight),
+                            points + 1.0);
   const BgkInference& inference = weights_->inference;
   const bool asCells = inference.trainingPoints == TrainingPoints::Cells;
   occupiedScale_ = asCells ? weights_->hitStencil.scale() : pointScale_;
@@ -268,22 +315,27 @@ void BgkScanInference::Implementation::addTargetsBetween(const Eigen::Vector3d& 
                [&](const BlockIndex& target) { lists.add(targets_.findOrAdd(target), item); });
 }
 
-void BgkScanInference::Implementation::addTargetsAround(const std::vector<Eigen::Vector3d>& points,
+void BgkScanInference::Implementation::addTargetsAround(const std::vector<PlacedPoint>& points,
                                                         BlockLists& lists)
 {
   // The centre of a cell within the support stands half a cell from the cell's faces.
-  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(weights_->kernel.support());
+  const KernelsByWidth& kernels = weights_->kernels;
   for (size_t i = 0; i < points.size(); ++i)
-    addTargetsBetween(points[i] - reach, points[i] + reach, lists, static_cast<uint32_t>(i));
+  {
+    const auto& [place, width] = points[i];
+    const Eigen::Vector3d reach =
+        Eigen::Vector3d::Constant(kernels.supportOf(kernels.levelOf(width * width)));
+    addTargetsBetween(place - reach, place + reach, lists, static_cast<uint32_t>(i));
+  }
 }
 
 void BgkScanInference::Implementation::addTargetsAround(const std::vector<FreeSegment>& segments)
 {
-  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(weights_->kernel.support());
   for (size_t i = 0; i < segments.size(); ++i)
   {
     // Piece by piece of about a block's length. A block that two pieces reach must list the ray once.
     const FreeSegment& segment = segments[i];
+    const Eigen::Vector3d reach = Eigen::Vector3d::Constant(supportOf(weights_->kernels, segment));
     const Eigen::Vector3d ray = segment.end - segment.begin;
     const int pieces = static_cast<int>(ray.norm() / kEdge) + 1;
     BlockLists& lists = freeLists_;
@@ -361,9 +413,9 @@ Layers BgkScanInference::Implementation::addCells(const CellStencil& stencil, Ce
 }
 
 /// @return the layers that the points reach, in units of the weights.
-Layers BgkScanInference::Implementation::addPoints(const std::vector<Eigen::Vector3d>& points,
+Layers BgkScanInference::Implementation::addPoints(const std::vector<PlacedPoint>& points,
                                                    const BlockLists::Range& list,
-                                                   const WeightedKernel& weights, const BlockPlace& place,
+                                                   const WeightedKernels& weights, const BlockPlace& place,
                                                    BlockSums& sums) const
 {
   bool any = false;
@@ -373,7 +425,7 @@ Layers BgkScanInference::Implementation::addPoints(const std::vector<Eigen::Vect
 
 /// As addPoints(). A ray may stand in the list several times, one behind the other.
 Layers BgkScanInference::Implementation::addSegments(const BlockLists::Range& list,
-                                                     const WeightedKernel& weights, const BlockPlace& place,
+                                                     const WeightedKernels& weights, const BlockPlace& place,
                                                      const BlockMasks* masks, BlockSums& sums) const
 {
   std::vector<std::pair<size_t, int64_t>> ended;  // cells in which rays ended, and their sums
@@ -418,16 +470,18 @@ Layers BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker)
   else
   {
     reached.include(addPoints(training_->hitPoints, hitLists_.of(target),
-                              {weights_->kernel, 1.0, pointScale_}, placeOf(block), worker.occupied));
+                              {weights_->kernels, 1.0, pointScale_}, placeOf(block), worker.occupied));
   }
   if (!freeLists_.empty())
   {
-    const WeightedKernel weights{weights_->kernel, weights_->inference.freeWeight, pointScale_};
+    const WeightedKernels weights{weights_->kernels, weights_->inference.freeWeight, pointScale_};
     reached.include(
         training_->freeSegments.empty()
             ? addPoints(training_->freePoints, freeLists_.of(target), weights, placeOf(block), worker.free)
             : addSegments(freeLists_.of(target), weights, placeOf(block), masks, worker.free));
   }
+  reached.include(addWide(wideHits_.at(block), 1.0, occupiedScale_, worker.occupied));
+  reached.include(addWide(wideFree_.at(block), weights_->inference.freeWeight, freeScale_, worker.free));
   if (masks != nullptr) forEachCell(masks->protectedHit, [&](size_t cell) { worker.free[cell] = 0; });
   return reached;
 }

@@ -54,6 +54,7 @@ const OptionTable& GpInference::optionTable()
         .onlyWhere({"freeResolution", "freeMargin", "freeDownsampling", "protectHits"},
                    {{"freeSpace", {"samples"}}});
     all.include<RangeOptions>();
+    addWidthOptions(all);
     addThresholdOptions(all);
     return addVarianceThresholdOption(all, 1e3).onlyWhere({"varianceThreshold"}, {{"fusion", {"bcm"}}});
   }();

@@ -67,7 +67,7 @@ struct GpInference : public SamplingOptions
   [[nodiscard]] GpInference resolved(double resolution_m) const;
 
   /// What decides the training points. Only of resolved options.
-  [[nodiscard]] SamplingRules samplingRules() const { return rulesWith(whereFree()); }
+  [[nodiscard]] SamplingRules samplingRules() const { return rulesWith(whereFree(), *kernelSupport); }
   [[nodiscard]] RangeOptions rangeLimits() const { return limitsWith(whereFree()); }
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.

@@ -43,6 +43,7 @@ void GpExpert::train(const GpPoint* points, size_t count, const GpCovariance& co
   x_.resize(count);
   y_.resize(count);
   z_.resize(count);
+  noise_.resize(count);
   whitened_.resize(count);
   inverse_.resize(count);
   factor_.resize(count * (count + 1) / 2);
@@ -55,6 +56,7 @@ void GpExpert::train(const GpPoint* points, size_t count, const GpCovariance& co
     y_[i] = place.y();
     z_[i] = place.z();
     whitened_[i] = points[i].label;
+    noise_[i] = noiseVariance + points[i].noise;
     low_ = low_.cwiseMin(place);
     high_ = high_.cwiseMax(place);
   }
@@ -62,7 +64,7 @@ void GpExpert::train(const GpPoint* points, size_t count, const GpCovariance& co
   // certain.
   const double signal = covariance.signalVariance();
   leastVariance_ = signal * noiseVariance / (static_cast<double>(count) * signal + noiseVariance);
-  factorize(covariance, noiseVariance, scratch.solved);
+  factorize(covariance, scratch.solved);
   for (size_t i = 0; i < count; ++i)
   {
     double sum = whitened_[i];
@@ -74,7 +76,7 @@ void GpExpert::train(const GpPoint* points, size_t count, const GpCovariance& co
 
 /** Cholesky factor of K + σ_n² I, one tile of rows at a time: the part of the rows that depends on earlier
  * rows is the same forward substitution as in a prediction. */
-void GpExpert::factorize(const GpCovariance& covariance, double noiseVariance, std::vector<GpTile>& above)
+void GpExpert::factorize(const GpCovariance& covariance, std::vector<GpTile>& above)
 {
   const size_t count = x_.size();
   above.resize(std::max(above.size(), count));
@@ -109,10 +111,11 @@ void GpExpert::factorize(const GpCovariance& covariance, double noiseVariance, s
         for (size_t k = 0; k < c; ++k) sum -= l[first + k] * row(first + c)[first + k];
         l[first + c] = sum * inverse_[first + c];
       }
-      double pivot = square[r][r] + noiseVariance;
+      const double noise = noise_[first + r];
+      double pivot = square[r][r] + noise;
       for (size_t k = 0; k < r; ++k) pivot -= l[first + k] * l[first + k];
       // K is positive semidefinite: only rounding could take a pivot below the noise.
-      l[first + r] = std::sqrt(std::max(pivot, noiseVariance));
+      l[first + r] = std::sqrt(std::max(pivot, noise));
       inverse_[first + r] = 1.0 / l[first + r];
     }
   }

@@ -39,9 +39,11 @@ struct GpPoint
 {
   Eigen::Vector3d place;
   double label;
+  double noise = 0;  ///< variance of the label beyond that of all points, for an uncertain place
 };
 
-/** One exact Gaussian process, thesis eq. (2.22), (2.23), by a Cholesky factor of K(X, X) + σ_n² I.
+/** One exact Gaussian process, thesis eq. (2.22), (2.23), by a Cholesky factor of K(X, X) + σ_n² I, and what
+ * uncertain places add to the noise of their points (input noise, McHutchon and Rasmussen 2011).
  *
  * The prediction for a cell does not depend on which cells are queried together. May be queried from several
  * threads. */
@@ -76,11 +78,12 @@ class GpExpert
                Prediction& prediction) const;
 
  private:
-  void factorize(const GpCovariance& covariance, double noiseVariance, std::vector<GpTile>& above);
+  void factorize(const GpCovariance& covariance, std::vector<GpTile>& above);
   [[nodiscard]] const double* row(size_t i) const { return factor_.data() + i * (i + 1) / 2; }
   [[nodiscard]] double* row(size_t i) { return factor_.data() + i * (i + 1) / 2; }
 
   std::vector<double> x_, y_, z_;  ///< [cells]
+  std::vector<double> noise_;      ///< σ_n² of each point
   std::vector<double> factor_;     ///< L by rows, packed
   std::vector<double> inverse_;    ///< 1/L_ii
   std::vector<double> whitened_;   ///< L⁻¹ y

@@ -121,6 +121,7 @@ class GpScanInference::Implementation
   };
 
   void labelPoints(const TrainingSet& training);
+  [[nodiscard]] double noiseOfWidth(double width) const;
   void listHitCells(const TrainingSet& training);
   void formDataBlocks();
   void findTargets();
@@ -215,7 +216,8 @@ void GpScanInference::Implementation::labelPoints(const TrainingSet& training)
       {
         const CellIndex local = cellOfLocal(point.place);
         const CellIndex cell{anchor_.x + local.x, anchor_.y + local.y, anchor_.z + local.z};
-        labelled_.push_back({shape_.blockOf(cell), {point.place, point.occupied ? 1.0 : -1.0}});
+        labelled_.push_back(
+            {shape_.blockOf(cell), {point.place, point.occupied ? 1.0 : -1.0, noiseOfWidth(point.width)}});
       });
   const auto orderOf = [](const Labelled& one)
   {
@@ -225,6 +227,15 @@ void GpScanInference::Implementation::labelPoints(const TrainingSet& training)
   };
   std::sort(labelled_.begin(), labelled_.end(),
             [&](const Labelled& a, const Labelled& b) { return orderOf(a) < orderOf(b); });
+}
+
+/** What an uncertain place adds to the noise of a label: the variance of the place along each axis times that
+ * of the slope, which is 3σ_f²/l² for the Matérn covariance with ν = 3/2. @param width [cells] */
+double GpScanInference::Implementation::noiseOfWidth(double width) const
+{
+  const double slope = 3 * structure_.signalVariance * structure_.resolution * structure_.resolution /
+                       (inference_.lengthScale * inference_.lengthScale);
+  return (structure_.planar ? 2 : 3) * slope * width * width;
 }
 
 void GpScanInference::Implementation::listHitCells(const TrainingSet& training)

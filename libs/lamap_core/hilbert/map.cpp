@@ -100,7 +100,8 @@ RayCounts HilbertMap::insert(const Scan& scan, const HilbertInference& inference
     frame = HilbertFrame::atCell({0, 0, layer.value_or(0)}, structure_.resolution, structure_.latticeSpacing,
                                  structure_.planar);
   if (!sampling_) sampling_ = std::make_unique<Sampling>();
-  const TrainingSet& taught = sampling_->sampler.sample(rays, inference.rules(), frame->cells, {}, 1);
+  const TrainingSet& taught =
+      sampling_->sampler.sample(rays, inference.rules(inference.beamWidth), frame->cells, {}, 1);
   HilbertTrainingSet& set = sampling_->set;
   set.clear();
   set.append(taught, *frame);

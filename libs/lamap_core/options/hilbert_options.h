@@ -58,13 +58,11 @@ OptionTableOf<Self>& addSolverOptions(OptionTableOf<Self>& table)
       .template include<typename Self::DescentOptions>();
 }
 
-/// usePoseCovariance, rangeStd, pointStd
+/// beamWidth, usePoseCovariance, rangeStd, pointStd
 template <typename Self>
 OptionTableOf<Self>& addUncertaintyOptions(OptionTableOf<Self>& table)
 {
-  return table
-      .add("usePoseCovariance", &Self::usePoseCovariance, plain(),
-           "points are as uncertain as the pose that their observation comes with")
+  return addWidthOptions(table)
       .add("rangeStd", &Self::rangeStd, metres().from(0).to(100),
            "standard deviation of a range: points are uncertain along their rays")
       .add("pointStd", &Self::pointStd, metres().from(0).to(100),

@@ -73,6 +73,19 @@ OptionTableOf<Self>& addTrainingPointOptions(OptionTableOf<Self>& table)
       .onlyWhere({"freeDownsampling", "hitDownsampling"}, {{"trainingPoints", {"centroids"}}});
 }
 
+/// beamWidth, usePoseCovariance
+template <typename Self>
+OptionTableOf<Self>& addWidthOptions(OptionTableOf<Self>& table)
+{
+  return table
+      .add("beamWidth", &Self::beamWidth, oneOf({"none", "observation", "spacing"}),
+           "how wide training points are: as narrow as a cell, as the observation's beams, or that and a "
+           "quarter "
+           "of the distance to the neighbouring beams")
+      .add("usePoseCovariance", &Self::usePoseCovariance, plain(),
+           "points are as uncertain as the pose that their observation comes with");
+}
+
 /// freeThreshold, occupiedThreshold, of a StateThresholds member `thresholds`
 template <typename Self>
 OptionTableOf<Self>& addThresholdOptions(OptionTableOf<Self>& table)

@@ -83,6 +83,7 @@ class FanMover
     RayFan moved;
     moved.centre = sensor_.place(fan.centre);
     moved.statedRangeMax_m = fan.statedRangeMax_m;
+    moved.beam = fan.beam;
     moved.rays.reserve(fan.rays.size());
     for (const Ray& ray : fan.rays)
     {

@@ -9,12 +9,13 @@
 
 namespace lamap
 {
-/** Directions in bins of one degree: rows by elevation, columns by azimuth. Whole degrees stand in the middle
- * of a bin: sensors like them. */
-struct DirectionBin
+/** Directions in bins of a part of a degree: rows by elevation, columns by azimuth. Whole steps stand in the
+ * middle of a bin: sensors like them. @tparam kPerDegree bins */
+template <int kPerDegree>
+struct DirectionBinOf
 {
-  static constexpr int kRows = 181;  ///< from straight down to straight up
-  static constexpr int kColumns = 360;
+  static constexpr int kRows = 180 * kPerDegree + 1;  ///< from straight down to straight up
+  static constexpr int kColumns = 360 * kPerDegree;
 
   int row;
   int column;
@@ -25,13 +26,13 @@ struct DirectionBin
   }
 
   /// @param direction with hasOne(); its length does not matter. The same on every processor.
-  [[nodiscard]] static DirectionBin of(const Eigen::Vector3d& direction)
+  [[nodiscard]] static DirectionBinOf of(const Eigen::Vector3d& direction)
   {
     return of(direction, direction).first;
   }
   /// Two at once, which costs no more than one.
-  [[nodiscard]] static std::pair<DirectionBin, DirectionBin> of(const Eigen::Vector3d& one,
-                                                                const Eigen::Vector3d& other)
+  [[nodiscard]] static std::pair<DirectionBinOf, DirectionBinOf> of(const Eigen::Vector3d& one,
+                                                                    const Eigen::Vector3d& other)
   {
     const Eigen::Vector3f a = scaled(one);
     const Eigen::Vector3f b = scaled(other);
@@ -55,10 +56,12 @@ struct DirectionBin
   static int binAlong(float angle, float lowest_deg)
   {
     constexpr auto kDegree = static_cast<float>(3.141592653589793 / 180);
-    return static_cast<int>(angle / kDegree - lowest_deg + 0.5F);  // of what is not negative
+    return static_cast<int>((angle / kDegree - lowest_deg) * kPerDegree + 0.5F);  // of what is not negative
   }
   static int rowAt(float angle) { return std::clamp(binAlong(angle, -90), 0, kRows - 1); }
   static int columnAt(float angle) { return std::clamp(binAlong(angle, -180), 0, kColumns) % kColumns; }
 };
+
+using DirectionBin = DirectionBinOf<1>;  ///< of a degree each
 
 }  // namespace lamap

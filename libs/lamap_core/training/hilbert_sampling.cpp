@@ -1,6 +1,7 @@
 #include <lamap_core/training/hilbert_sampling.h>
 
 #include <lamap_core/options/legal_range.h>
+#include <lamap_core/training/covariance.h>
 
 #include <cmath>
 
@@ -15,28 +16,9 @@ Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v)
   return matrix;
 }
 
-template <typename Matrix>
-void requireCovariance(const Matrix& covariance, const char* name)
-{
-  for (int row = 0; row < covariance.rows(); ++row)
-  {
-    requireLegal(covariance(row, row) >= 0 && std::isfinite(covariance(row, row)), name, covariance(row, row),
-                 "a covariance: finite, with variances >= 0");
-    for (int column = 0; column < row; ++column)
-    {
-      const double one = covariance(row, column);
-      const double other = covariance(column, row);
-      const double largest = std::sqrt(covariance(row, row)) * std::sqrt(covariance(column, column));
-      requireLegal(std::isfinite(one) && std::abs(one - other) <= 1e-6 * largest + 1e-300 &&
-                       std::abs(one) <= largest * (1 + 1e-6),
-                   name, one, "a covariance: symmetric, no larger than its variances allow");
-    }
-  }
-}
-
 }  // namespace
 
-SamplingRules HilbertSampling::rules() const
+SamplingRules HilbertSampling::rules(BeamWidth beamWidth) const
 {
   const bool asCells = trainingPoints == HilbertPoints::Cells;
   SamplingRules rules;
@@ -48,6 +30,7 @@ SamplingRules HilbertSampling::rules() const
   rules.keepGlancingSurfaces = asCells;
   rules.hitWeight = hitWeight;
   rules.freeWeight = freeWeight;
+  rules.beamWidth = beamWidth;
   return rules;
 }
 

@@ -22,12 +22,14 @@ struct HilbertSampling
   double hitWeight = 2.0;       ///< weight of a hit [-], > 0
   double freeWeight = 1.0;      ///< weight of a free point [-], ≥ 0; 0: no free points
 
-  [[nodiscard]] SamplingRules rules() const;
+  /// @param beamWidth of the points
+  [[nodiscard]] SamplingRules rules(BeamWidth beamWidth = BeamWidth::None) const;
 };
 
 /// What makes a scan's points uncertain, as options (thesis 3.2.4; Ramos and Ott 2015).
 struct UncertainInputs
 {
+  BeamWidth beamWidth = BeamWidth::None;  ///< what makes points wide, besides what follows
   bool usePoseCovariance = false;  ///< of the pose that an observation is inserted at, where it has one
   double rangeStd = 0.0;           ///< [m] along each ray
   double pointStd = 0.0;           ///< [m] of each point, along each axis

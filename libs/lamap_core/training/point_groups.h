@@ -4,6 +4,7 @@
 #include <tsl/robin_map.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct PointGroup
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   uint32_t count = 0;
+  double narrowest = 0;  ///< width of its sharpest point
 
   [[nodiscard]] Eigen::Vector3d mean() const { return sum / count; }
 };
@@ -43,9 +45,10 @@ class PointGroups
     groups_.clear();
   }
 
-  void add(uint64_t key, const Eigen::Vector3d& point)
+  void add(uint64_t key, const Eigen::Vector3d& point, double width)
   {
     PointGroup& group = groupOf(key, point);
+    group.narrowest = group.count == 0 ? width : std::min(group.narrowest, width);
     group.sum += point;
     ++group.count;
   }
@@ -53,6 +56,7 @@ class PointGroups
   void add(uint64_t key, const PointGroup& points)
   {
     PointGroup& group = groupOf(key, points.first);
+    group.narrowest = group.count == 0 ? points.narrowest : std::min(group.narrowest, points.narrowest);
     group.sum += points.sum;
     group.count += points.count;
   }

@@ -1,5 +1,6 @@
 #include <lamap_core/scan/glancing_surfaces.h>
 #include <lamap_core/training/point_groups.h>
+#include <lamap_core/training/ray_widths.h>
 #include <lamap_core/training/sampler.h>
 
 #include <tbb/parallel_for.h>
@@ -22,11 +23,12 @@ struct RulesInCells
         sensorMargin(rules.sensorMargin / resolution_m),
         hitEdge(rules.hitDownsampling / resolution_m),
         freeEdge(rules.freeDownsampling / resolution_m),
+        widthUnit(rules.widthUnit / resolution_m),
         fromEnd(rules.samplesFrom == SamplesFrom::End),
         asCells(rules.points == TrainingPoints::Cells)
   {
   }
-  double step, margin, sensorMargin, hitEdge, freeEdge;
+  double step, margin, sensorMargin, hitEdge, freeEdge, widthUnit;
   bool fromEnd, asCells;
 };
 
@@ -37,6 +39,38 @@ struct TrainingRay
   Eigen::Vector3d direction;  ///< of length 1
   double freeLength;          ///< < 0: the ray has no free part
   bool hasHit;                ///< at its end
+  RayWidth width;             ///< [cells²]
+};
+
+/// Finds the number of a point's width among kWidthLevels; the last one is remembered, for rays walk on.
+class WidthLevels
+{
+ public:
+  explicit WidthLevels(double unit)
+  {
+    for (size_t i = 0; i + 1 < kWidthLevels.size(); ++i)
+    {
+      const double between = (kWidthLevels[i] + kWidthLevels[i + 1]) / 2 * unit;
+      bounds_[i] = between * between;
+    }
+  }
+
+  /// Whether all points up to a distance are exactly where they are. Variances are convex along a ray.
+  [[nodiscard]] bool isSharp(const RayWidth& width, double distance) const
+  {
+    return std::max(width.constant, width.variance(distance)) <= bounds_[0];
+  }
+
+  [[nodiscard]] size_t of(double variance)
+  {
+    while (level_ < bounds_.size() && variance > bounds_[level_]) ++level_;
+    while (level_ > 0 && variance <= bounds_[level_ - 1]) --level_;
+    return level_;
+  }
+
+ private:
+  std::array<double, kWidthLevels.size() - 1> bounds_{};
+  size_t level_ = 0;
 };
 
 constexpr double kOnEnd_cells = 1e-6;
@@ -96,17 +130,54 @@ BlockIndex blockOfLocal(const Eigen::Vector3d& local, const BlockOffset& offset)
           (localCell(local.z()) + offset.z) >> kScanBlockLog2Edge};
 }
 
+/// Marks of some rays of a scan.
+struct Marks
+{
+  ScanBlocks& blocks;
+  std::vector<BlockMasks>& masks;
+  std::array<std::vector<WideMasks>, kWideLevels>& wideMasks;
+};
+
 /// Marks cells in the masks of the blocks that hold them; the last block is remembered, for rays walk on.
 class MaskMarker
 {
  public:
-  MaskMarker(ScanBlocks& blocks, std::vector<BlockMasks>& masks, const BlockOffset& offset)
-      : blocks_(blocks), masks_(masks), offset_(offset)
+  MaskMarker(const Marks& marks, const BlockOffset& offset, double widthUnit)
+      : marks_(marks), offset_(offset), levels_(widthUnit)
   {
   }
 
   template <CellMask BlockMasks::*kMask>
   void mark(int32_t localX, int32_t localY, int32_t localZ)
+  {
+    const uint64_t bit = find(localX, localY, localZ);
+    (maskOf(marks_.masks).*kMask)[layer_] |= bit;
+  }
+
+  /// @param variance of the point there [cells²]
+  template <CellMask BlockMasks::*kSharp, CellMask WideMasks::*kWide>
+  void markWide(const Eigen::Vector3d& point, double variance)
+  {
+    const uint64_t bit = find(localCell(point.x()), localCell(point.y()), localCell(point.z()));
+    const size_t level = levels_.of(variance);
+    if (level == 0)
+      (maskOf(marks_.masks).*kSharp)[layer_] |= bit;
+    else
+      (maskOf(marks_.wideMasks[level - 1]).*kWide)[layer_] |= bit;
+  }
+
+  /// Marks the cells of the ray's free samples.
+  void markFreeSamples(const TrainingRay& ray, const RulesInCells& rules)
+  {
+    if (ray.hasHit)
+      markSamples<&BlockMasks::free, &WideMasks::free>(ray, rules);
+    else
+      markSamples<&BlockMasks::freeWithoutHit, &WideMasks::freeWithoutHit>(ray, rules);
+  }
+
+ private:
+  /// Finds the cell's block and layer. @return its bit there.
+  [[nodiscard]] uint64_t find(int32_t localX, int32_t localY, int32_t localZ)
   {
     const int32_t x = localX + offset_.x;
     const int32_t y = localY + offset_.y;
@@ -114,45 +185,44 @@ class MaskMarker
     const BlockIndex block{x >> kScanBlockLog2Edge, y >> kScanBlockLog2Edge, z >> kScanBlockLog2Edge};
     if (number_ < 0 || !(block == last_))
     {
-      number_ = blocks_.findOrAdd(block);
+      number_ = marks_.blocks.findOrAdd(block);
       last_ = block;
-      if (static_cast<size_t>(number_) >= masks_.size()) masks_.resize(static_cast<size_t>(number_) + 1);
     }
     constexpr int32_t kLow = kScanBlockEdge - 1;
-    (masks_[static_cast<size_t>(number_)].*kMask)[static_cast<size_t>(z & kLow)] |=
-        uint64_t{1} << ((y & kLow) * kScanBlockEdge + (x & kLow));
+    layer_ = static_cast<size_t>(z & kLow);
+    return uint64_t{1} << ((y & kLow) * kScanBlockEdge + (x & kLow));
   }
-
-  /// Marks the cells of the ray's free samples.
-  void markFreeSamples(const TrainingRay& ray, const RulesInCells& rules)
+  template <typename Masks>
+  [[nodiscard]] Masks& maskOf(std::vector<Masks>& masks)
   {
-    if (ray.hasHit)
-      markSamples<&BlockMasks::free>(ray, rules);
-    else
-      markSamples<&BlockMasks::freeWithoutHit>(ray, rules);
+    if (static_cast<size_t>(number_) >= masks.size()) masks.resize(static_cast<size_t>(number_) + 1);
+    return masks[static_cast<size_t>(number_)];
   }
 
- private:
-  template <CellMask BlockMasks::*kMask>
+  template <CellMask BlockMasks::*kSharp, CellMask WideMasks::*kWide>
   void markSamples(const TrainingRay& ray, const RulesInCells& rules)
   {
+    const FreeSamples samples(ray, rules);
+    const bool isSharp = levels_.isSharp(ray.width, samples.last());
     const auto markAt = [&](double t)
     {
-      mark<kMask>(localCell(ray.origin.x() + t * ray.direction.x()),
-                  localCell(ray.origin.y() + t * ray.direction.y()),
-                  localCell(ray.origin.z() + t * ray.direction.z()));
+      const Eigen::Vector3d point = ray.origin + t * ray.direction;
+      if (isSharp)
+        mark<kSharp>(localCell(point.x()), localCell(point.y()), localCell(point.z()));
+      else
+        markWide<kSharp, kWide>(point, ray.width.variance(t));
     };
-    const FreeSamples samples(ray, rules);
     for (int64_t i = 0; i < samples.count(); ++i) markAt(samples.at(i));
     // Samples from the sensor on may leave out the cell that the ray was seen to reach.
     if (!ray.hasHit && !rules.fromEnd && samples.count() > 0) markAt(samples.last());
   }
 
-  ScanBlocks& blocks_;
-  std::vector<BlockMasks>& masks_;
+  Marks marks_;
   BlockOffset offset_;
+  WidthLevels levels_;
   BlockIndex last_;
   int32_t number_ = -1;
+  size_t layer_ = 0;
 };
 
 /// Key of the voxel that a point is in. Voxels are counted from the map's origin, not from the anchor.
@@ -172,10 +242,16 @@ uint64_t voxelKey(const Eigen::Vector3d& local, double edge, const CellIndex& an
 struct Sampler::Workspace
 {
   /// Free cells marked by one of several threads.
-  struct Marks
+  struct ThreadMarks
   {
     ScanBlocks blocks;
     std::vector<BlockMasks> masks;
+    std::array<std::vector<WideMasks>, kWideLevels> wideMasks;
+  };
+  struct End
+  {
+    Eigen::Vector3d place;
+    double angle;  ///< that the ray is uncertain by
   };
 
   /// A piece of surface in the scan's frame [cells].
@@ -189,50 +265,55 @@ struct Sampler::Workspace
   std::vector<TrainingRay> rays;
   GlancingSurfaces glancing;
   std::vector<Piece> surfaces;
-  std::vector<Eigen::Vector3d> ends;  ///< of one fan's rays, with a hit or without
+  std::vector<End> ends;  ///< of one fan's rays, with a hit or without
   PointGroups groups;
   PointGroups rawHits;
-  std::vector<Marks> marks;
+  std::vector<ThreadMarks> marks;
   CellBounds bounds;
 
-  void collectFan(const Scan& scan, const RayFan& fan, const SamplingRules& rules, const ScanFrame& frame);
+  void collectFan(const Scan& scan, const RayFan& fan, const SamplingRules& rules, const ScanFrame& frame,
+                  RayWidths& widths);
   template <typename Visit>
   void groupEnds(const RulesInCells& rules, const CellIndex& anchor, Visit&& visit);
-  void markHits(const SamplingRules& rules);
+  void markHits(const SamplingRules& rules, const RulesInCells& inCells);
   void markFreeCells(const RulesInCells& rules, unsigned threads);
   void collectSurfaces(const Scan& scan, const RayFan& fan, const ScanFrame& frame);
   void keepSurfaces();
   void sampleFreePoints(const RulesInCells& rules, const CellIndex& anchor);
   void addSegments();
+  void finishMasks();
   void openWindow();
 };
 
-/// Calls visit(mean) for each group of `ends`.
+/// Calls visit(first, mean, angle) for each group of `ends`.
 template <typename Visit>
 void Sampler::Workspace::groupEnds(const RulesInCells& rules, const CellIndex& anchor, Visit&& visit)
 {
   groups.clear();
   if (!rules.asCells && rules.hitEdge == 0)
   {
-    for (const Eigen::Vector3d& end : ends) visit(end);
+    for (const End& end : ends) visit(end.place, end.place, end.angle);
     return;
   }
-  for (const Eigen::Vector3d& end : ends)
-    groups.add(rules.asCells ? cellKey(end) : voxelKey(end, rules.hitEdge, anchor), end);
-  for (const PointGroup& group : groups.groups()) visit(group.mean());
+  for (const End& end : ends)
+    groups.add(rules.asCells ? cellKey(end.place) : voxelKey(end.place, rules.hitEdge, anchor), end.place,
+               end.angle);
+  for (const PointGroup& group : groups.groups()) visit(group.first, group.mean(), group.narrowest);
 }
 
 void Sampler::Workspace::collectFan(const Scan& scan, const RayFan& fan, const SamplingRules& rules,
-                                    const ScanFrame& frame)
+                                    const ScanFrame& frame, RayWidths& widths)
 {
+  widths.enterFan(fan);
   RayCounts& counts = set.counts;
   const RulesInCells inCells(rules, frame.resolution_m());
   const auto origin = frame.toLocal(scan.inMap(fan.centre));
   const auto findEnds = [&](bool ofHits, size_t& used, auto&& toLocal)
   {
     ends.clear();
-    for (const Ray& ray : fan.rays)
+    for (size_t i = 0; i < fan.rays.size(); ++i)
     {
+      const Ray& ray = fan.rays[i];
       if ((ray.meaning == RayEnd::Return) != ofHits) continue;
       const std::optional<Eigen::Vector3d> local = origin ? toLocal(ray.end) : std::nullopt;
       if (!local || (frame.planar() && *local == *origin))
@@ -242,24 +323,27 @@ void Sampler::Workspace::collectFan(const Scan& scan, const RayFan& fan, const S
         continue;
       }
       bounds.extend(*local);
-      ends.push_back(*local);
+      ends.push_back({*local, widths.angleOf(i)});
     }
   };
-  const auto addRay = [&](const Eigen::Vector3d& end, bool hasHit)
+  /// @return the width of the ray's end [cells]
+  const auto addRay = [&](const Eigen::Vector3d& end, double angle, bool hasHit)
   {
     const Eigen::Vector3d ray = end - *origin;
     const double length = ray.norm();
     const double margin = hasHit ? inCells.margin : 0.0;
-    if (length > 0) rays.push_back({*origin, ray / length, length - margin, hasHit});
+    if (!(length > 0)) return 0.0;
+    const Eigen::Vector3d direction = ray / length;
+    const RayWidth width = widths.any() ? widths.along(angle, direction) : RayWidth{};
+    rays.push_back({*origin, direction, length - margin, hasHit, width});
+    return std::sqrt(std::max(0.0, width.variance(length) + width.ofRange));
   };
 
   if (origin) bounds.extend(*origin);
   findEnds(true, counts.hits, [&](const Eigen::Vector3d& end) { return frame.toLocal(scan.inMap(end)); });
   groupEnds(inCells, frame.anchor(),
-            [&](const Eigen::Vector3d& mean)
-            {
-              if (!inCells.asCells) set.hitPoints.push_back(mean);
-              addRay(mean, true);
+            [&](const Eigen::Vector3d& first, const Eigen::Vector3d& mean, double angle) {
+              set.hitPoints.push_back({inCells.asCells ? first : mean, addRay(mean, angle, true)});
             });
   if (inCells.asCells)
   {
@@ -267,12 +351,14 @@ void Sampler::Workspace::collectFan(const Scan& scan, const RayFan& fan, const S
   }
   else
   {
-    for (const Eigen::Vector3d& end : ends) rawHits.add(cellKey(end), end);
+    for (const End& end : ends) rawHits.add(cellKey(end.place), end.place, 0);
   }
 
   findEnds(false, counts.freeOnly,
            [&](const Eigen::Vector3d& ray) { return frame.endOfRay(*origin, scan.turnedToMap(ray)); });
-  groupEnds(inCells, frame.anchor(), [&](const Eigen::Vector3d& mean) { addRay(mean, false); });
+  groupEnds(inCells, frame.anchor(),
+            [&](const Eigen::Vector3d&, const Eigen::Vector3d& mean, double angle)
+            { addRay(mean, angle, false); });
 }
 
 void Sampler::Workspace::openWindow()
@@ -284,54 +370,63 @@ void Sampler::Workspace::openWindow()
   set.blocks.reset(blockOfLocal(bounds.low, set.offset), blockOfLocal(bounds.high, set.offset));
 }
 
-void Sampler::Workspace::markHits(const SamplingRules& rules)
+void Sampler::Workspace::markHits(const SamplingRules& rules, const RulesInCells& inCells)
 {
-  const bool asCells = rules.points == TrainingPoints::Cells;
-  MaskMarker marker(set.blocks, set.masks, set.offset);
+  MaskMarker marker({set.blocks, set.masks, set.wideMasks}, set.offset, inCells.widthUnit);
   for (const PointGroup& group : rawHits.groups())
   {
     const CellIndex cell = cellOfLocal(group.first);
     marker.mark<&BlockMasks::ended>(cell.x, cell.y, cell.z);
-    if (asCells) marker.mark<&BlockMasks::hit>(cell.x, cell.y, cell.z);
     if (rules.protectHits > 0 && group.count >= rules.protectHits)
       marker.mark<&BlockMasks::protectedHit>(cell.x, cell.y, cell.z);
   }
+  if (!inCells.asCells) return;
+  for (const PlacedPoint& hit : set.hitPoints)
+    marker.markWide<&BlockMasks::hit, &WideMasks::hit>(hit.place, hit.width * hit.width);
+  set.hitPoints.clear();
 }
 
 void Sampler::Workspace::markFreeCells(const RulesInCells& rules, unsigned threads)
 {
   constexpr size_t kRaysWorthAThread = 256;
   const size_t workers = std::min<size_t>(threads, rays.size() / kRaysWorthAThread + 1);
-  const auto markRange = [&](ScanBlocks& blocks, std::vector<BlockMasks>& masks, size_t begin, size_t end)
+  const auto markRange = [&](const Marks& into, size_t begin, size_t end)
   {
-    MaskMarker marker(blocks, masks, set.offset);
+    MaskMarker marker(into, set.offset, rules.widthUnit);
     for (size_t i = begin; i < end; ++i) marker.markFreeSamples(rays[i], rules);
   };
-  if (workers == 1) return markRange(set.blocks, set.masks, 0, rays.size());
+  if (workers == 1) return markRange({set.blocks, set.masks, set.wideMasks}, 0, rays.size());
 
   if (marks.size() < workers) marks.resize(workers);
   tbb::parallel_for(size_t{0}, workers,
                     [&](size_t worker)
                     {
-                      Marks& own = marks[worker];
+                      ThreadMarks& own = marks[worker];
                       own.blocks.reset(blockOfLocal(bounds.low, set.offset),
                                        blockOfLocal(bounds.high, set.offset));
                       own.masks.clear();
-                      markRange(own.blocks, own.masks, rays.size() * worker / workers,
+                      for (auto& masks : own.wideMasks) masks.clear();
+                      markRange({own.blocks, own.masks, own.wideMasks}, rays.size() * worker / workers,
                                 rays.size() * (worker + 1) / workers);
                     });
+  const auto unite = [](auto& masks, size_t number, const auto& other)
+  {
+    if (number >= masks.size()) masks.resize(number + 1);
+    for (size_t z = 0; z < kScanBlockEdge; ++z)
+    {
+      masks[number].free[z] |= other.free[z];
+      masks[number].freeWithoutHit[z] |= other.freeWithoutHit[z];
+    }
+  };
   for (size_t worker = 0; worker < workers; ++worker)
   {
-    const std::vector<BlockIndex>& blocks = marks[worker].blocks.blocks();
-    for (size_t i = 0; i < blocks.size(); ++i)
+    const ThreadMarks& own = marks[worker];
+    for (size_t i = 0; i < own.blocks.blocks().size(); ++i)
     {
-      const auto number = static_cast<size_t>(set.blocks.findOrAdd(blocks[i]));
-      if (number >= set.masks.size()) set.masks.resize(number + 1);
-      for (size_t z = 0; z < kScanBlockEdge; ++z)
-      {
-        set.masks[number].free[z] |= marks[worker].masks[i].free[z];
-        set.masks[number].freeWithoutHit[z] |= marks[worker].masks[i].freeWithoutHit[z];
-      }
+      const auto number = static_cast<size_t>(set.blocks.findOrAdd(own.blocks.blocks()[i]));
+      if (i < own.masks.size()) unite(set.masks, number, own.masks[i]);
+      for (size_t level = 0; level < kWideLevels; ++level)
+        if (i < own.wideMasks[level].size()) unite(set.wideMasks[level], number, own.wideMasks[level][i]);
     }
   }
 }
@@ -356,8 +451,7 @@ void Sampler::Workspace::keepSurfaces()
     for (int i = 1; i < count; ++i)
     {
       const CellIndex cell = cellOfLocal(piece.begin + along * (static_cast<double>(i) / count));
-      set.remove(&BlockMasks::free, cell);
-      set.remove(&BlockMasks::freeWithoutHit, cell);
+      set.removeFree(cell);
     }
   }
 }
@@ -379,20 +473,53 @@ void Sampler::Workspace::sampleFreePoints(const RulesInCells& rules, const CellI
     {
       const Eigen::Vector3d point = ray.origin + samples.at(i) * ray.direction;
       if (!ray.hasHit && set.isIn(&BlockMasks::ended, cellOfLocal(point))) continue;
+      const double width = std::sqrt(std::max(0.0, ray.width.variance(samples.at(i))));
       if (rules.freeEdge > 0)
-        groups.add(voxelKey(point, rules.freeEdge, anchor), point);
+        groups.add(voxelKey(point, rules.freeEdge, anchor), point, width);
       else
-        set.freePoints.push_back(point);
+        set.freePoints.push_back({point, width});
     }
   }
-  for (const PointGroup& group : groups.groups()) set.freePoints.push_back(group.mean());
+  for (const PointGroup& group : groups.groups()) set.freePoints.push_back({group.mean(), group.narrowest});
 }
 
 void Sampler::Workspace::addSegments()
 {
   for (const TrainingRay& ray : rays)
     if (ray.freeLength >= 0)
-      set.freeSegments.push_back({ray.origin, ray.origin + ray.freeLength * ray.direction, ray.hasHit});
+      set.freeSegments.push_back(
+          {ray.origin, ray.origin + ray.freeLength * ray.direction, ray.width, ray.hasHit});
+}
+
+/// Cells count once, where they are sharpest; those of rays without a hit, where no ray of the scan ended.
+void Sampler::Workspace::finishMasks()
+{
+  const auto anyIn = [](const CellMask& mask)
+  { return std::any_of(mask.begin(), mask.end(), [](uint64_t word) { return word != 0; }); };
+  set.masks.resize(set.blocks.blocks().size());
+  for (size_t number = 0; number < set.masks.size(); ++number)
+  {
+    BlockMasks& sharp = set.masks[number];
+    for (size_t z = 0; z < kScanBlockEdge; ++z) sharp.free[z] |= sharp.freeWithoutHit[z] & ~sharp.ended[z];
+    sharp.anyHit = anyIn(sharp.hit);
+    sharp.anyFree = anyIn(sharp.free);
+    CellMask hit = sharp.hit;
+    CellMask free = sharp.free;
+    for (std::vector<WideMasks>& level : set.wideMasks)
+    {
+      if (number >= level.size()) continue;
+      WideMasks& wide = level[number];
+      for (size_t z = 0; z < kScanBlockEdge; ++z)
+      {
+        wide.hit[z] &= ~hit[z];
+        wide.free[z] = (wide.free[z] | (wide.freeWithoutHit[z] & ~sharp.ended[z])) & ~free[z];
+        hit[z] |= wide.hit[z];
+        free[z] |= wide.free[z];
+      }
+      wide.anyHit = anyIn(wide.hit);
+      wide.anyFree = anyIn(wide.free);
+    }
+  }
 }
 
 Sampler::Sampler() : workspace_(std::make_unique<Workspace>()) {}
@@ -407,7 +534,10 @@ const TrainingSet& Sampler::sample(const SelectedRays& selected, const SamplingR
   set.offset = offset;
   set.hitWeight = rules.hitWeight;
   set.freeWeight = rules.freeWeight;
+  const RulesInCells inCells(rules, frame.resolution_m());
+  set.widthUnit = inCells.widthUnit;
   set.masks.clear();
+  for (auto& masks : set.wideMasks) masks.clear();
   set.hitPoints.clear();
   set.freePoints.clear();
   set.freeSegments.clear();
@@ -415,29 +545,22 @@ const TrainingSet& Sampler::sample(const SelectedRays& selected, const SamplingR
   work.rawHits.clear();
   work.surfaces.clear();
   work.bounds = {};
-  const RulesInCells inCells(rules, frame.resolution_m());
   const bool areSampled = rules.freeWeight > 0 && rules.freeSpace == FreeSpace::Samples;
   const bool keepsSurfaces = rules.keepGlancingSurfaces && areSampled && inCells.asCells;
+  RayWidths widths(selected.scan, rules, frame);
   for (const RayFan& fan : selected.scan.fans)
   {
-    work.collectFan(selected.scan, fan, rules, frame);
+    work.collectFan(selected.scan, fan, rules, frame, widths);
     if (keepsSurfaces) work.collectSurfaces(selected.scan, fan, frame);
   }
 
   work.openWindow();
-  work.markHits(rules);
+  work.markHits(rules, inCells);
   if (areSampled && inCells.asCells) work.markFreeCells(inCells, threads);
   if (areSampled && !inCells.asCells) work.sampleFreePoints(inCells, frame.anchor());
   work.keepSurfaces();
   if (rules.freeWeight > 0 && rules.freeSpace == FreeSpace::Line) work.addSegments();
-  for (BlockMasks& masks : set.masks)
-  {
-    const auto anyIn = [](const CellMask& mask)
-    { return std::any_of(mask.begin(), mask.end(), [](uint64_t word) { return word != 0; }); };
-    for (size_t z = 0; z < kScanBlockEdge; ++z) masks.free[z] |= masks.freeWithoutHit[z] & ~masks.ended[z];
-    masks.anyHit = anyIn(masks.hit);
-    masks.anyFree = anyIn(masks.free);
-  }
+  work.finishMasks();
   return set;
 }
 

@@ -11,7 +11,7 @@ void SamplingOptions::setAsInThesis()
   considerInvalidRangesAsFreeSpace = false;
 }
 
-SamplingRules SamplingOptions::rulesWith(FreeSpace freeSpace) const
+SamplingRules SamplingOptions::rulesWith(FreeSpace freeSpace, double widthUnit) const
 {
   SamplingRules rules;
   rules.freeSpace = freeSpace;
@@ -22,6 +22,9 @@ SamplingRules SamplingOptions::rulesWith(FreeSpace freeSpace) const
   rules.hitDownsampling = *hitDownsampling;
   rules.protectHits = protectHits;
   rules.keepGlancingSurfaces = protectHits > 0;
+  rules.beamWidth = beamWidth;
+  rules.usePoseCovariance = usePoseCovariance;
+  rules.widthUnit = widthUnit;
   return rules;
 }
 

@@ -18,6 +18,8 @@ struct SamplingOptions : public RangeOptions
   double freeDownsampling = 0.0;     ///< `Centroids`: voxel edge in which free points are averaged; 0: none
   /// `Centroids`: voxel edge in which hits are averaged; empty: one cell; 0: none
   std::optional<double> hitDownsampling;
+  BeamWidth beamWidth = BeamWidth::None;  ///< what makes points wide, besides the pose
+  bool usePoseCovariance = false;  ///< points are as uncertain as the scan's pose, where it has a covariance
   uint32_t protectHits =
       2;  ///< a cell with this many raw hits in a scan takes no free point; 0: none is protected
 
@@ -25,8 +27,8 @@ struct SamplingOptions : public RangeOptions
   void setAsInThesis();
 
  protected:
-  /// Only of options whose lengths are filled in.
-  [[nodiscard]] SamplingRules rulesWith(FreeSpace freeSpace) const;
+  /// Only of options whose lengths are filled in. @param widthUnit [m] as of SamplingRules
+  [[nodiscard]] SamplingRules rulesWith(FreeSpace freeSpace, double widthUnit) const;
   /// Without free space, rays without a return say nothing.
   [[nodiscard]] RangeOptions limitsWith(FreeSpace freeSpace) const;
 };

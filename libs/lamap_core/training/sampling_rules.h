@@ -27,6 +27,14 @@ enum class TrainingPoints
   Centroids  ///< the hits' mean position in each voxel of hitDownsampling, and the free points where they are
 };
 
+/// What makes a training point wide, besides the pose.
+enum class BeamWidth
+{
+  None,         ///< nothing: a point is as narrow as a cell
+  Observation,  ///< what the observation states of its beams
+  Spacing       ///< that, and the distance to the neighbouring beams, between which nothing was seen
+};
+
 /// How the rays of a scan become training points, whoever learns from them. Lengths in metres.
 struct SamplingRules
 {
@@ -43,6 +51,9 @@ struct SamplingRules
   bool keepGlancingSurfaces = false;
   double hitWeight = 1;   ///< weight of a hit [-], > 0
   double freeWeight = 1;  ///< weight of a free point [-]; 0: no free points
+  BeamWidth beamWidth = BeamWidth::None;
+  bool usePoseCovariance = false;  ///< points are as uncertain as the scan's pose, where it has a covariance
+  double widthUnit = 0.2;          ///< what differences of widths the learner can tell, see kWidthLevels; > 0
 };
 
 /// A length that is a whole number of cells but for the rounding of the division is that number: cells at

@@ -4,6 +4,7 @@
 #include <lamap_core/grid/scan_blocks.h>
 #include <lamap_core/scan/ray_selection.h>
 #include <lamap_core/scan/scan_frame.h>
+#include <lamap_core/training/point_width.h>
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -29,12 +30,24 @@ struct BlockMasks
   bool anyFree = false;
 };
 
+/// Cells of one scan block whose points have one width, none of them in the block's BlockMasks or sharper
+/// too.
+struct WideMasks
+{
+  CellMask hit{};
+  CellMask free{};
+  CellMask freeWithoutHit{};  ///< as in BlockMasks
+  bool anyHit = false;
+  bool anyFree = false;
+};
+
 /// A ray's free part, in the scan's frame [cells].
 struct FreeSegment
 {
   Eigen::Vector3d begin;
   Eigen::Vector3d end;
-  bool hasHit;  ///< behind its end; else it says nothing of cells in which other rays of the scan ended
+  RayWidth width;  ///< of its points, by their distance from begin [cells²]
+  bool hasHit;     ///< behind its end; else it says nothing of cells in which other rays of the scan ended
 };
 
 /// Cell relative to the anchor → cell relative to the first cell of the scan block that the anchor is in.
@@ -61,18 +74,27 @@ struct TrainingPoint
   double width = 0;  ///< root mean square, over the axes, of its standard deviation; 0: it is exactly there
 };
 
+/// A training point by itself, in the scan's frame [cells].
+struct PlacedPoint
+{
+  Eigen::Vector3d place;
+  double width = 0;  ///< as of a TrainingPoint
+};
+
 /** What a scan teaches (thesis 4.2.1 and 4.4): points with label 1 and 0, in the scan's frame [cells].
  *
- * Which members are filled follows the rules: cells in `masks`; hits of `Centroids` in hitPoints; free
- * points of `Centroids` in freePoints; rays of `Line` in freeSegments. `masks` always has the
+ * Which members are filled follows the rules: cells in `masks` and `wideMasks`; hits of `Centroids` in
+ * hitPoints; free points of `Centroids` in freePoints; rays of `Line` in freeSegments. `masks` always has the
  * cells in which rays ended and the protected ones. */
 struct TrainingSet
 {
   BlockOffset offset;             ///< of the scan blocks
   ScanBlocks blocks;              ///< relative to the block of the anchor
-  std::vector<BlockMasks> masks;  ///< by block number
-  std::vector<Eigen::Vector3d> hitPoints;
-  std::vector<Eigen::Vector3d> freePoints;
+  std::vector<BlockMasks> masks;  ///< by block number; of points that are exactly where they are
+  std::array<std::vector<WideMasks>, kWideLevels> wideMasks;  ///< of kWidthLevels[i + 1], by block number
+  double widthUnit = 1;                                       ///< of kWidthLevels [cells]
+  std::vector<PlacedPoint> hitPoints;
+  std::vector<PlacedPoint> freePoints;
   std::vector<FreeSegment> freeSegments;
   double hitWeight = 1;
   double freeWeight = 1;
@@ -80,14 +102,15 @@ struct TrainingSet
 
   /// @param cell relative to the anchor
   [[nodiscard]] bool isIn(CellMask BlockMasks::*mask, const CellIndex& cell) const;
-  void remove(CellMask BlockMasks::*mask, const CellIndex& cell);
+  /// Forgets that the cell holds free samples, of any width.
+  void removeFree(const CellIndex& cell);
 
   /// Calls visit(cell relative to the anchor) for each cell of a mask.
   template <typename Visit>
   void forEachCell(CellMask BlockMasks::*mask, Visit&& visit) const;
 
-  /** Calls visit(TrainingPoint) for each point: cells by block (sorted), z, y, x; then the hits, then the
-   * free points where they are. Free points in protected cells are left out; segments are no points. */
+  /** Calls visit(TrainingPoint) for each point: cells by block (sorted), width, z, y, x; then the hits, then
+   * the free points where they are. Free points in protected cells are left out; segments are no points. */
   template <typename Visit>
   void forEachPoint(Visit&& visit) const;
 
@@ -108,21 +131,30 @@ inline TrainingSet::Place TrainingSet::placeOf(const CellIndex& cell) const
   const int32_t number = blocks.find(
       {inBlocks.x >> kScanBlockLog2Edge, inBlocks.y >> kScanBlockLog2Edge, inBlocks.z >> kScanBlockLog2Edge});
   constexpr int32_t kLow = kScanBlockEdge - 1;
-  const bool isThere = number >= 0 && static_cast<size_t>(number) < masks.size();
-  return {isThere ? number : -1, static_cast<size_t>(inBlocks.z & kLow),
+  return {number, static_cast<size_t>(inBlocks.z & kLow),
           uint64_t{1} << ((inBlocks.y & kLow) * kScanBlockEdge + (inBlocks.x & kLow))};
 }
 
 inline bool TrainingSet::isIn(CellMask BlockMasks::*mask, const CellIndex& cell) const
 {
   const Place place = placeOf(cell);
-  return place.block >= 0 && ((masks[static_cast<size_t>(place.block)].*mask)[place.word] & place.bit) != 0;
+  const auto number = static_cast<size_t>(place.block);
+  return place.block >= 0 && number < masks.size() && ((masks[number].*mask)[place.word] & place.bit) != 0;
 }
 
-inline void TrainingSet::remove(CellMask BlockMasks::*mask, const CellIndex& cell)
+inline void TrainingSet::removeFree(const CellIndex& cell)
 {
   const Place place = placeOf(cell);
-  if (place.block >= 0) (masks[static_cast<size_t>(place.block)].*mask)[place.word] &= ~place.bit;
+  if (place.block < 0) return;
+  const auto number = static_cast<size_t>(place.block);
+  const auto removeFrom = [&](auto& cells)
+  {
+    cells.free[place.word] &= ~place.bit;
+    cells.freeWithoutHit[place.word] &= ~place.bit;
+  };
+  if (number < masks.size()) removeFrom(masks[number]);
+  for (std::vector<WideMasks>& level : wideMasks)
+    if (number < level.size()) removeFrom(level[number]);
 }
 
 template <typename Visit>
@@ -152,27 +184,33 @@ void TrainingSet::forEachPoint(Visit&& visit) const
             [&](uint32_t a, uint32_t b) { return blocks.blocks()[a] < blocks.blocks()[b]; });
   for (const uint32_t number : order)
   {
-    const BlockIndex& block = blocks.blocks()[number];
-    const BlockMasks& cells = masks[number];
-    for (size_t z = 0; z < kScanBlockEdge; ++z)
+    const auto visitCells = [&](const auto& cells, double width)
     {
-      const uint64_t free = cells.free[z] & ~cells.protectedHit[z];
-      for (uint64_t rest = cells.hit[z] | free; rest != 0; rest &= rest - 1)
+      const BlockIndex& block = blocks.blocks()[number];
+      for (size_t z = 0; z < kScanBlockEdge; ++z)
       {
-        const int bit = __builtin_ctzll(rest);
-        const int row = bit / kScanBlockEdge;
-        const Eigen::Vector3d centre(block.x * kScanBlockEdge - offset.x + bit % kScanBlockEdge + 0.5,
-                                     block.y * kScanBlockEdge - offset.y + row + 0.5,
-                                     block.z * kScanBlockEdge - offset.z + static_cast<int>(z) + 0.5);
-        if ((cells.hit[z] >> bit & 1) != 0) visit(TrainingPoint{centre, true, hitWeight, 0});
-        if ((free >> bit & 1) != 0) visit(TrainingPoint{centre, false, freeWeight, 0});
+        const uint64_t free = cells.free[z] & ~masks[number].protectedHit[z];
+        for (uint64_t rest = cells.hit[z] | free; rest != 0; rest &= rest - 1)
+        {
+          const int bit = __builtin_ctzll(rest);
+          const int row = bit / kScanBlockEdge;
+          const Eigen::Vector3d centre(block.x * kScanBlockEdge - offset.x + bit % kScanBlockEdge + 0.5,
+                                       block.y * kScanBlockEdge - offset.y + row + 0.5,
+                                       block.z * kScanBlockEdge - offset.z + static_cast<int>(z) + 0.5);
+          if ((cells.hit[z] >> bit & 1) != 0) visit(TrainingPoint{centre, true, hitWeight, width});
+          if ((free >> bit & 1) != 0) visit(TrainingPoint{centre, false, freeWeight, width});
+        }
       }
-    }
+    };
+    visitCells(masks[number], 0.0);
+    for (size_t level = 0; level < kWideLevels; ++level)
+      if (number < wideMasks[level].size())
+        visitCells(wideMasks[level][number], kWidthLevels[level + 1] * widthUnit);
   }
-  for (const Eigen::Vector3d& place : hitPoints) visit(TrainingPoint{place, true, hitWeight, 0});
-  for (const Eigen::Vector3d& place : freePoints)
-    if (!isIn(&BlockMasks::protectedHit, cellOfLocal(place)))
-      visit(TrainingPoint{place, false, freeWeight, 0});
+  for (const PlacedPoint& hit : hitPoints) visit(TrainingPoint{hit.place, true, hitWeight, hit.width});
+  for (const PlacedPoint& free : freePoints)
+    if (!isIn(&BlockMasks::protectedHit, cellOfLocal(free.place)))
+      visit(TrainingPoint{free.place, false, freeWeight, free.width});
 }
 
 }  // namespace lamap

@@ -127,6 +127,9 @@ void writeScan(const ModelScan& scan, ByteWriter& out)
       [&](const RayFan& fan)
       {
         writeMatrix(fan.centre, out);
+        out.number(fan.beam.halfWidth_rad);
+        out.number(fan.beam.halfHeight_rad);
+        out.number(fan.beam.rangeStd_m);
         writeRays(fan, true, out);
         writeRays(fan, false, out);
         out.number(fan.statedRangeMax_m > 0 ? fan.statedRangeMax_m : std::numeric_limits<double>::infinity());
@@ -139,7 +142,19 @@ void writeScan(const ModelScan& scan, ByteWriter& out)
   writeMatrix(scan.uncertainty->point, out);
 }
 
-ModelScan readScan(ByteReader& in)
+Beam readBeam(ByteReader& in)
+{
+  Beam beam;
+  beam.halfWidth_rad = in.number<double>();
+  beam.halfHeight_rad = in.number<double>();
+  beam.rangeStd_m = in.number<double>();
+  const auto isLegal = [](double number) { return number >= 0 && std::isfinite(number); };
+  if (!isLegal(beam.halfWidth_rad) || !isLegal(beam.halfHeight_rad) || !isLegal(beam.rangeStd_m))
+    throw std::runtime_error("the map is corrupt: the beam of a waiting scan has no legal width");
+  return beam;
+}
+
+ModelScan readScan(ByteReader& in, uint8_t version)
 {
   ModelScan scan;
   readAll(scan.rays.scan.fans, kPlaceBytes + 2 * sizeof(uint64_t) + sizeof(double), in,
@@ -147,6 +162,7 @@ ModelScan readScan(ByteReader& in)
           {
             RayFan fan;
             fan.centre = readMatrix<Eigen::Vector3d>(in);
+            if (version > 1) fan.beam = readBeam(in);
             readRays(fan, RayEnd::Return, scan.rays.counts.hits, in);
             readRays(fan, RayEnd::Cut, scan.rays.counts.freeOnly, in);
             const auto rangeMax_m = in.number<double>();
@@ -194,7 +210,7 @@ void readOverlappingMap(OverlappingHilbertMap& map, ByteReader& in, uint8_t vers
           });
   PendingScans pending;
   pending.pose = readPose(in);
-  readAll(pending.scans, sizeof(uint64_t), in, [&] { return readScan(in); });
+  readAll(pending.scans, sizeof(uint64_t), in, [&] { return readScan(in, version); });
   try
   {
     map.restore(std::move(models), std::move(pending));

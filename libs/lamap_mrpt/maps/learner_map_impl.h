@@ -286,7 +286,10 @@ RayCounts LearnerMap<Learner>::learnScan(const Scan& scan)
     return map_.insert(scan, insertionOptions, uncertainty ? &*uncertainty : nullptr, threadCount());
   }
   else
+  {
+    if (insertionOptions.usePoseCovariance) warnWithoutCovariance(scan);
     return map_.insert(scan, insertionOptions, threadCount());
+  }
 }
 
 template <typename Learner>

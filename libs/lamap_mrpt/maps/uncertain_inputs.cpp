@@ -3,12 +3,17 @@
 
 namespace lamap
 {
-std::optional<HilbertUncertainty> uncertaintyOf(const UncertainInputs& inputs, const Scan& scan)
+void warnWithoutCovariance(const Scan& scan)
 {
-  if (inputs.usePoseCovariance && (!scan.poseCovariance || scan.poseCovariance->isZero(0)))
+  if (!scan.poseCovariance || scan.poseCovariance->isZero(0))
     warnOnce(
         "insertOpts.usePoseCovariance = true: the pose of a scan has no covariance, or a zero one; such "
         "scans count as certain");
+}
+
+std::optional<HilbertUncertainty> uncertaintyOf(const UncertainInputs& inputs, const Scan& scan)
+{
+  if (inputs.usePoseCovariance) warnWithoutCovariance(scan);
   HilbertUncertainty uncertainty;
   if (inputs.usePoseCovariance && scan.poseCovariance)
   {

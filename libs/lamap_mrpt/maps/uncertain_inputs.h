@@ -7,6 +7,9 @@
 
 namespace lamap
 {
+/// Warns once per process if the pose of a scan should have a covariance but has none.
+void warnWithoutCovariance(const Scan& scan);
+
 /** The uncertainty of a scan's points. Warns once per process if the pose should have a covariance but has
  * none.
  * @return nothing if the points are certain */

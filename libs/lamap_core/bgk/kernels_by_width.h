@@ -1,0 +1,52 @@
+#pragma once
+
+#include <lamap_core/bgk/expected_kernel.h>
+#include <lamap_core/bgk/kernel.h>
+#include <lamap_core/training/point_width.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace lamap
+{
+/// A kernel, and what is expected of it for points of each of kWidthLevels, in units of its support. All in
+/// cells.
+class KernelsByWidth
+{
+ public:
+  KernelsByWidth(KernelShape shape, double support, double scale, bool planar) : sharp_(shape, support, scale)
+  {
+    for (size_t level = 1; level < kWidthLevels.size(); ++level)
+      wide_.emplace_back(shape, support, scale, kWidthLevels[level] * support, planar);
+  }
+
+  [[nodiscard]] const Kernel& sharp() const { return sharp_; }
+  /// Of kWidthLevels[1] and so on.
+  [[nodiscard]] const std::vector<ExpectedKernel>& wide() const { return wide_; }
+
+  /// @param variance of a point [cells²]
+  [[nodiscard]] size_t levelOf(double variance) const
+  {
+    const double width = std::sqrt(std::max(0.0, variance)) / sharp_.support();
+    size_t level = 0;
+    while (level < wide_.size() && width > (kWidthLevels[level] + kWidthLevels[level + 1]) / 2) ++level;
+    return level;
+  }
+  [[nodiscard]] double supportOf(size_t level) const
+  {
+    return level == 0 ? sharp_.support() : wide_[level - 1].support();
+  }
+  [[nodiscard]] double at(size_t level, double squaredDistance) const
+  {
+    return level == 0 ? sharp_.atSquaredDistance(squaredDistance)
+                      : wide_[level - 1].atSquaredDistance(squaredDistance);
+  }
+
+ private:
+  Kernel sharp_;
+  std::vector<ExpectedKernel> wide_;
+};
+
+}  // namespace lamap

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <lamap_core/options/legal_range.h>
+
+#include <cmath>
+
+namespace lamap
+{
+/// @param name of what is wrong. @throws std::invalid_argument unless it is finite and symmetric, its
+/// variances are
+/// >= 0 and its other members no larger than these allow.
+template <typename Matrix>
+void requireCovariance(const Matrix& covariance, const char* name)
+{
+  for (int row = 0; row < covariance.rows(); ++row)
+  {
+    requireLegal(covariance(row, row) >= 0 && std::isfinite(covariance(row, row)), name, covariance(row, row),
+                 "a covariance: finite, with variances >= 0");
+    for (int column = 0; column < row; ++column)
+    {
+      const double one = covariance(row, column);
+      const double other = covariance(column, row);
+      const double largest = std::sqrt(covariance(row, row)) * std::sqrt(covariance(column, column));
+      requireLegal(std::isfinite(one) && std::abs(one - other) <= 1e-6 * largest + 1e-300 &&
+                       std::abs(one) <= largest * (1 + 1e-6),
+                   name, one, "a covariance: symmetric, no larger than its variances allow");
+    }
+  }
+}
+
+}  // namespace lamap
