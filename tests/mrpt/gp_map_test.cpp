@@ -48,6 +48,8 @@ Settings allOtherOptions()
           {"insertOpts.maxRange", "15"},
           {"insertOpts.considerInvalidRangesAsFreeSpace", "false"},
           {"insertOpts.rayDecimation", "2"},
+          {"insertOpts.beamWidth", "observation"},
+          {"insertOpts.usePoseCovariance", "true"},
           {"insertOpts.freeThreshold", "0.25"},
           {"insertOpts.occupiedThreshold", "0.75"},
           {"insertOpts.varianceThreshold", "0.125"},
@@ -129,6 +131,8 @@ TEST(GpMrptMap, EveryOptionTakesEffect)
       {"insertOpts.maxRange", "1.5", {}},
       {"insertOpts.considerInvalidRangesAsFreeSpace", "false", {}},
       {"insertOpts.rayDecimation", "3", {}},
+      {"insertOpts.beamWidth", "spacing", {}},
+      {"insertOpts.usePoseCovariance", "true", {}},
       {"insertOpts.freeThreshold", "0.01", {}},
       {"insertOpts.occupiedThreshold", "0.99", {}},
       {"insertOpts.varianceThreshold", "0.01", {}}};

@@ -57,6 +57,7 @@ Settings otherSharedOptions()
           {"insertOpts.iterations", "12"},
           {"insertOpts.alpha", "0.001"},
           {"insertOpts.epochs", "3"},
+          {"insertOpts.beamWidth", "spacing"},
           {"insertOpts.usePoseCovariance", "true"},
           {"insertOpts.rangeStd", "0.125"},
           {"insertOpts.pointStd", "0.0625"},
@@ -183,13 +184,13 @@ TYPED_TEST(HilbertMaps, EveryInsertionOptionTakesEffect)
 {
   const Settings sgd = {{"insertOpts.solver", "sgdL2"}, {"insertOpts.alpha", "0.01"}};
   std::vector<std::pair<std::string, std::string>> changes = {
-      {"trainingPoints", "points"}, {"freeMargin", "0.4"},
-      {"freeResolution", "0.5"},    {"hitWeight", "4"},
-      {"freeWeight", "0.25"},       {"minRange", "1"},
-      {"maxRange", "1.5"},          {"considerInvalidRangesAsFreeSpace", "false"},
-      {"rayDecimation", "3"},       {"iterations", "2"},
-      {"rangeStd", "0.2"},          {"pointStd", "0.2"},
-      {"usePoseCovariance", "true"}};
+      {"trainingPoints", "points"},  {"freeMargin", "0.4"},
+      {"freeResolution", "0.5"},     {"hitWeight", "4"},
+      {"freeWeight", "0.25"},        {"minRange", "1"},
+      {"maxRange", "1.5"},           {"considerInvalidRangesAsFreeSpace", "false"},
+      {"rayDecimation", "3"},        {"iterations", "2"},
+      {"rangeStd", "0.2"},           {"pointStd", "0.2"},
+      {"usePoseCovariance", "true"}, {"beamWidth", "spacing"}};
   if (std::is_same_v<TypeParam, COverlappingHilbertMap>)
     for (const auto& change : Settings{{"scansPerModel", "2"},
                                        {"boxQuantile", "0.2"},

@@ -538,7 +538,9 @@ TEST(InsertionOptions, EachChangesTheMap)
       {"freeThreshold", {"0.01", false}},
       {"occupiedThreshold", {"0.999", false}},
       {"varianceThreshold", {"0.001", false}},
-      {"considerInvalidRangesAsFreeSpace", {"false", false}}};
+      {"considerInvalidRangesAsFreeSpace", {"false", false}},
+      {"beamWidth", {"spacing", false}},
+      {"usePoseCovariance", {"true", false}}};
   const CBGKMap::TInsertionOptions untouched;
   for (const Option& option : untouched.optionTable().options())
   {
@@ -546,6 +548,8 @@ TEST(InsertionOptions, EachChangesTheMap)
     const auto& [text, inCentroids] = others.at(option.key);
     CBGKMap map;
     if (inCentroids) map.insertionOptions.trainingPoints = lamap::TrainingPoints::Centroids;
+    // The beams of a small scan are near each other: only a narrow kernel tells their widths apart.
+    if (option.key == "beamWidth") map.insertionOptions.kernelSupport = 0.1;
     CBGKMap changed(map);
     option.parse(changed.insertionOptions, text);
     map.insertScan(smallScan());

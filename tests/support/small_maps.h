@@ -33,6 +33,7 @@ inline Scan smallScan()
   fan.statedRangeMax_m = 3.0;
   Scan scan;
   scan.fans.push_back(fan);
+  scan.poseCovariance = 0.04 * Scan::PoseCovariance::Identity();
   return scan;
 }
 

@@ -87,7 +87,7 @@ const HilbertTrainingSet& HilbertModelTrainer::sample(const std::vector<ModelSca
   for (const ModelScan& scan : scans)
   {
     const size_t first = set_.size();
-    set_.append(sampler_.sample(scan.rays, inference.rules(inference.beamWidth), frame.cells, {}, 1), frame);
+    set_.append(sampler_.sample(scan.rays, inference.rules(), frame.cells, {}, 1), frame);
     if (scan.uncertainty) set_.blur(first, *scan.uncertainty, scan.rays.firstCentre_map(), shape.planar);
   }
   return set_;

@@ -75,7 +75,7 @@ void OverlappingStructure::validate() const
 
 SamplingRules OverlappingInference::rules() const
 {
-  SamplingRules rules = HilbertSampling::rules();
+  SamplingRules rules = HilbertSampling::rules(beamWidth);
   rules.keepGlancingSurfaces = false;
   return rules;
 }
