@@ -1,6 +1,7 @@
 #include <lamap_core/bgk/wide_cells.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace lamap
 {
@@ -39,6 +40,17 @@ constexpr BlockIndex kAlongX{1, 0, 0};
 constexpr BlockIndex kAlongY{0, 1, 0};
 constexpr BlockIndex kAlongZ{0, 0, 1};
 
+/// Fields of more blocks would take gigabytes: such scans are a mistake in the unit, or have no maximum
+/// range.
+constexpr size_t kMaxBlocks = size_t{1} << 17;
+
+void requireRoom(const ScanBlocks& blocks)
+{
+  if (blocks.blocks().size() > kMaxBlocks)
+    throw std::length_error(
+        "the wide points of a scan reach more than 67 million cells: set maxRange, or beamWidth = none");
+}
+
 void addScaled(const float* from, float weight, size_t count, float* to)
 {
   for (size_t i = 0; i < count; ++i)
@@ -57,6 +69,7 @@ void WideCells::clear(Field& field, const std::vector<BlockIndex>& others, const
   for (const BlockIndex& other : others)
     for (int step = -blocksEachWay; step <= blocksEachWay; ++step)
       (void)field.blocks.findOrAdd(moved(other, axis, step));
+  requireRoom(field.blocks);
   field.sums.assign(field.blocks.blocks().size(), Sums{});
 }
 
@@ -155,6 +168,7 @@ void WideCells::addAlongZ(const ExpectedKernel::Term& term, const Workers& worke
   const int n = weights.blocksEachWay();
   for (const BlockIndex& block : alongXy_.blocks.blocks())
     for (int step = -n; step <= n; ++step) (void)total_.blocks.findOrAdd(moved(block, kAlongZ, step));
+  requireRoom(total_.blocks);
   total_.sums.resize(total_.blocks.blocks().size(), Sums{});
   workers.forEach(total_.sums.size(),
                   [&](size_t i)

@@ -24,7 +24,8 @@ class WideCells
 
   /** @param kernels of kWidthLevels[1] and so on
    *  @param mask and any of WideMasks: the cells that count
-   *  @param planar whether weights are limited to the layer */
+   *  @param planar whether weights are limited to the layer
+   *  @throws std::length_error if the cells reach more than 2^17 blocks */
   void compute(const TrainingSet& training, const std::vector<ExpectedKernel>& kernels,
                CellMask WideMasks::*mask, bool WideMasks::*any, bool planar, const Workers& workers);
 

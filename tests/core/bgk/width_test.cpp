@@ -263,6 +263,21 @@ TEST(BgkWidth, NearPointsOutweighFarOnes)
   EXPECT_GT(freeAt(1.0), 3 * freeAt(8.0));
 }
 
+TEST(BgkWidth, AScanThatReachesTooFarIsRefusedBeforeItTakesAllMemory)
+{
+  BgkInference inference;
+  inference.beamWidth = BeamWidth::Spacing;
+  Scan scan;
+  RayFan& fan = scan.fans.emplace_back();
+  for (int i = 0; i < 360; ++i)
+    for (int j = -15; j <= 15; j += 2)
+      fan.addReturn(100 * Eigen::Vector3d(std::cos(i * M_PI / 180), std::sin(i * M_PI / 180),
+                                          std::tan(j * M_PI / 180)));
+  BgkMap map;
+  EXPECT_THROW(map.insert(scan, inference), std::length_error);
+  EXPECT_TRUE(cellsOf(map.evidence()).empty());
+}
+
 TEST(BgkWidth, ACovarianceThatIsNoneIsRefused)
 {
   const auto refusalOf = [](const Scan::PoseCovariance& covariance)
