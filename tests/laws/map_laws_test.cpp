@@ -1,7 +1,7 @@
 // Laws that hold for all four maps.
 #include <gtest/gtest.h>
 #include <lamap_mrpt/compat/mrpt_compat.h>
-#include <mrpt/opengl/COctoMapVoxels.h>
+#include <mrpt/opengl/CSetOfObjects.h>
 #include <support/seeds.h>
 
 #include <exception>
@@ -259,8 +259,8 @@ TYPED_TEST(MapLaws, AnIllegalOptionIsRefusedWhenItIsUsedAndWhenTheMapIsSaved)
   const auto save = [](const TypeParam& map) { (void)bytesOf(map); };
   const auto draw = [](const TypeParam& map)
   {
-    mrpt::opengl::COctoMapVoxels voxels;
-    map.getAsOctoMapVoxels(voxels);
+    mrpt::opengl::CSetOfObjects scene;
+    map.getVisualizationInto(scene);
   };
   TypeParam map = made<TypeParam>();
   map.insertObservation(*scan.observation, scan.robotPose_map);
