@@ -151,7 +151,7 @@ class MaskMarker
   void mark(int32_t localX, int32_t localY, int32_t localZ)
   {
     const uint64_t bit = find(localX, localY, localZ);
-    (maskOf(marks_.masks).*kMask)[layer_] |= bit;
+    (sharp_->*kMask)[layer_] |= bit;
   }
 
   /// @param variance of the point there [cells²]
@@ -161,7 +161,7 @@ class MaskMarker
     const uint64_t bit = find(localCell(point.x()), localCell(point.y()), localCell(point.z()));
     const size_t level = levels_.of(variance);
     if (level == 0)
-      (maskOf(marks_.masks).*kSharp)[layer_] |= bit;
+      (sharp_->*kSharp)[layer_] |= bit;
     else
       (maskOf(marks_.wideMasks[level - 1]).*kWide)[layer_] |= bit;
   }
@@ -187,6 +187,7 @@ class MaskMarker
     {
       number_ = marks_.blocks.findOrAdd(block);
       last_ = block;
+      sharp_ = &maskOf(marks_.masks);
     }
     constexpr int32_t kLow = kScanBlockEdge - 1;
     layer_ = static_cast<size_t>(z & kLow);
@@ -203,18 +204,23 @@ class MaskMarker
   void markSamples(const TrainingRay& ray, const RulesInCells& rules)
   {
     const FreeSamples samples(ray, rules);
-    const bool isSharp = levels_.isSharp(ray.width, samples.last());
-    const auto markAt = [&](double t)
+    const auto markAll = [&](const auto& markAt)
     {
-      const Eigen::Vector3d point = ray.origin + t * ray.direction;
-      if (isSharp)
-        mark<kSharp>(localCell(point.x()), localCell(point.y()), localCell(point.z()));
-      else
-        markWide<kSharp, kWide>(point, ray.width.variance(t));
+      for (int64_t i = 0; i < samples.count(); ++i) markAt(samples.at(i));
+      // Samples from the sensor on may leave out the cell that the ray was seen to reach.
+      if (!ray.hasHit && !rules.fromEnd && samples.count() > 0) markAt(samples.last());
     };
-    for (int64_t i = 0; i < samples.count(); ++i) markAt(samples.at(i));
-    // Samples from the sensor on may leave out the cell that the ray was seen to reach.
-    if (!ray.hasHit && !rules.fromEnd && samples.count() > 0) markAt(samples.last());
+    if (levels_.isSharp(ray.width, samples.last()))
+      markAll(
+          [&](double t)
+          {
+            mark<kSharp>(localCell(ray.origin.x() + t * ray.direction.x()),
+                         localCell(ray.origin.y() + t * ray.direction.y()),
+                         localCell(ray.origin.z() + t * ray.direction.z()));
+          });
+    else
+      markAll([&](double t)
+              { markWide<kSharp, kWide>(ray.origin + t * ray.direction, ray.width.variance(t)); });
   }
 
   Marks marks_;
@@ -222,6 +228,7 @@ class MaskMarker
   WidthLevels levels_;
   BlockIndex last_;
   int32_t number_ = -1;
+  BlockMasks* sharp_ = nullptr;  ///< of that block; masks are added by find() alone
   size_t layer_ = 0;
 };
 
