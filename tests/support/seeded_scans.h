@@ -3,6 +3,7 @@
 #include <lamap_core/scan/scan.h>
 #include <Eigen/Core>
 
+#include <cmath>
 #include <cstdint>
 #include <random>
 #include <utility>
@@ -72,6 +73,15 @@ Scan scanWith(std::vector<RayFan> fans);
 
 /// The ends of the rays that mean this, in their order.
 std::vector<Eigen::Vector3d> endsOf(const RayFan& fan, RayEnd meaning = RayEnd::Return);
+
+/// A direction of length 1.
+inline Eigen::Vector3d towards(double azimuth_deg, double elevation_deg = 0)
+{
+  const double azimuth = azimuth_deg * M_PI / 180;
+  const double elevation = elevation_deg * M_PI / 180;
+  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+          std::sin(elevation)};
+}
 
 Scan randomScan(Random& random, const ScanRecipe& recipe);
 

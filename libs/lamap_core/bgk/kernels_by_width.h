@@ -4,8 +4,6 @@
 #include <lamap_core/bgk/kernel.h>
 #include <lamap_core/training/point_width.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -16,7 +14,8 @@ namespace lamap
 class KernelsByWidth
 {
  public:
-  KernelsByWidth(KernelShape shape, double support, double scale, bool planar) : sharp_(shape, support, scale)
+  KernelsByWidth(KernelShape shape, double support, double scale, bool planar)
+      : sharp_(shape, support, scale), levels_(support)
   {
     for (size_t level = 1; level < kWidthLevels.size(); ++level)
       wide_.emplace_back(shape, support, scale, kWidthLevels[level] * support, planar);
@@ -27,13 +26,7 @@ class KernelsByWidth
   [[nodiscard]] const std::vector<ExpectedKernel>& wide() const { return wide_; }
 
   /// @param variance of a point [cells²]
-  [[nodiscard]] size_t levelOf(double variance) const
-  {
-    const double width = std::sqrt(std::max(0.0, variance)) / sharp_.support();
-    size_t level = 0;
-    while (level < wide_.size() && width > (kWidthLevels[level] + kWidthLevels[level + 1]) / 2) ++level;
-    return level;
-  }
+  [[nodiscard]] size_t levelOf(double variance) const { return levels_.of(variance); }
   [[nodiscard]] double supportOf(size_t level) const
   {
     return level == 0 ? sharp_.support() : wide_[level - 1].support();
@@ -46,6 +39,7 @@ class KernelsByWidth
 
  private:
   Kernel sharp_;
+  WidthLevels levels_;
   std::vector<ExpectedKernel> wide_;
 };
 

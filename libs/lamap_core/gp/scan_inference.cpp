@@ -450,8 +450,7 @@ void GpScanInference::Implementation::listViews(const SelectedRays& rays, const 
     ends.reserve(fan.rays.size());
     for (const Ray& ray : fan.rays)
     {
-      const Eigen::Vector3d end =
-          ray.meaning == RayEnd::Return ? Eigen::Vector3d(ray.end - fan.centre) : ray.end;
+      const Eigen::Vector3d end = fan.directionOf(ray);
       ends.push_back(planar ? scan.turnedToMap(end) : end);
       if (planar) ends.back().z() = 0;
     }
@@ -462,7 +461,7 @@ void GpScanInference::Implementation::listViews(const SelectedRays& rays, const 
 /// Whether a ray passes through a cell, or the rays on all its sides reach farther.
 bool GpScanInference::Implementation::isSeenFree(const CellIndex& local) const
 {
-  if (training_->isIn(&BlockMasks::free, local)) return true;
+  if (training_->holdsFree(local)) return true;
   const Eigen::Vector3d centre(local.x + 0.5, local.y + 0.5, local.z + 0.5);
   return std::any_of(views_.begin(), views_.end(),
                      [&](const View& view)

@@ -24,8 +24,7 @@ std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldR
           { return view.image().sensor == fan.centre && view.image().rangeMax_m == rangeMax_m; });
       DepthView& view =
           same != views.end() ? *same : views.emplace_back(fan.centre, rangeMax_m, rules, planar);
-      for (const Ray& ray : fan.rays)
-        view.addRay(ray.meaning == RayEnd::Return ? Eigen::Vector3d(ray.end - fan.centre) : ray.end);
+      for (const Ray& ray : fan.rays) view.addRay(fan.directionOf(ray));
     }
   for (DepthView& view : views) view.finish();
   return views;

@@ -191,10 +191,7 @@ std::vector<float> beamSpacing(const RayFan& fan)
   std::vector<Bin> bins;
   bins.reserve(fan.rays.size());
   const auto directionOf = [&](size_t i)
-  {
-    const Ray& ray = fan.rays[std::min(i, fan.rays.size() - 1)];
-    return ray.meaning == RayEnd::Return ? Eigen::Vector3d(ray.end - fan.centre) : ray.end;
-  };
+  { return fan.directionOf(fan.rays[std::min(i, fan.rays.size() - 1)]); };
   for (size_t i = 0; i < fan.rays.size(); i += 2)
   {
     const auto [one, other] = Bin::of(directionOf(i), directionOf(i + 1));

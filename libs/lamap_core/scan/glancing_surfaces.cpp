@@ -11,11 +11,6 @@ namespace
 constexpr int kNowhere = -1;  ///< the column of a ray without direction
 constexpr float kNoReturn = std::numeric_limits<float>::infinity();
 
-Eigen::Vector3d directionOf(const RayFan& fan, const Ray& ray)
-{
-  return ray.meaning == RayEnd::Return ? Eigen::Vector3d(ray.end - fan.centre) : ray.end;
-}
-
 bool isBefore(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 {
   return std::make_tuple(a.x(), a.y(), a.z()) < std::make_tuple(b.x(), b.y(), b.z());
@@ -65,8 +60,8 @@ void GlancingSurfaces::sortIntoBins(const RayFan& fan)
   const Eigen::Vector3d anywhere = Eigen::Vector3d::UnitX();
   for (size_t i = 0; i < count; i += 2)
   {
-    const Eigen::Vector3d one = directionOf(fan, fan.rays[i]);
-    const Eigen::Vector3d other = i + 1 < count ? directionOf(fan, fan.rays[i + 1]) : anywhere;
+    const Eigen::Vector3d one = fan.directionOf(fan.rays[i]);
+    const Eigen::Vector3d other = i + 1 < count ? fan.directionOf(fan.rays[i + 1]) : anywhere;
     const bool hasOne = DirectionBin::hasOne(one);
     const bool hasOther = i + 1 < count && DirectionBin::hasOne(other);
     const auto [bin, otherBin] = DirectionBin::of(hasOne ? one : anywhere, hasOther ? other : anywhere);

@@ -30,7 +30,7 @@ OpenSpace::OpenSpace(const RayFan& fan, double rangeMin_m)
   for (const Ray& ray : fan.rays)
   {
     const bool hasReturn = ray.meaning == RayEnd::Return;
-    const Eigen::Vector3d direction = hasReturn ? Eigen::Vector3d(ray.end - fan.centre) : ray.end;
+    const Eigen::Vector3d direction = fan.directionOf(ray);
     if (!DirectionBin::hasOne(direction)) continue;
     const double range_m = hasReturn ? direction.norm() : 0;
     const bool isBound = range_m > 0 && range_m >= rangeMin_m;

@@ -59,6 +59,12 @@ struct RayFan
   double statedRangeMin_m = 0;
   double statedRangeMax_m = 0;
 
+  /// From the centre along a ray of the fan, as far as its end; of any length if that does not matter.
+  [[nodiscard]] Eigen::Vector3d directionOf(const Ray& ray) const
+  {
+    return ray.meaning == RayEnd::Return ? Eigen::Vector3d(ray.end - centre) : ray.end;
+  }
+
   void addReturn(const Eigen::Vector3d& point) { rays.push_back({point, RayEnd::Return, 0}); }
   void add(RayEnd meaning, const Eigen::Vector3d& direction) { rays.push_back({direction, meaning, 0}); }
 

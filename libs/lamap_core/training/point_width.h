@@ -15,6 +15,32 @@ namespace lamap
 inline constexpr std::array<double, 8> kWidthLevels = {0, 0.5, 0.75, 1, 1.5, 2, 3, 4};
 inline constexpr size_t kWideLevels = kWidthLevels.size() - 1;
 
+/// Finds the number of a point's width among kWidthLevels.
+class WidthLevels
+{
+ public:
+  /// @param unit of kWidthLevels, > 0, in the unit of the widths
+  explicit WidthLevels(double unit)
+  {
+    for (size_t i = 0; i < bounds_.size(); ++i)
+    {
+      const double between = (kWidthLevels[i] + kWidthLevels[i + 1]) / 2 * unit;
+      bounds_[i] = between * between;
+    }
+  }
+
+  /// @param from which number the search begins. @return the nearest width's
+  [[nodiscard]] size_t of(double variance, size_t from = 0) const
+  {
+    while (from < bounds_.size() && variance > bounds_[from]) ++from;
+    while (from > 0 && variance <= bounds_[from - 1]) --from;
+    return from;
+  }
+
+ private:
+  std::array<double, kWideLevels> bounds_{};  ///< variances between one width and the next
+};
+
 /** How uncertain it is where the points of one ray are: the mean, over the axes, of their variances, as a
  * function of their distance from the ray's origin. */
 struct RayWidth

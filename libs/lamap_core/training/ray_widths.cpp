@@ -9,7 +9,7 @@ namespace lamap
 namespace
 {
 /// Of the distance between two beams: the standard deviation of where the beam speaks for. Chosen by log
-/// loss; with a half the surfaces are lost.
+/// loss.
 constexpr double kOfSpacing = 0.2;
 
 /// Of the half angle of a cone that is filled evenly: the standard deviation along each axis, averaged over

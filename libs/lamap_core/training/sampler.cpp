@@ -42,37 +42,6 @@ struct TrainingRay
   RayWidth width;             ///< [cells²]
 };
 
-/// Finds the number of a point's width among kWidthLevels; the last one is remembered, for rays walk on.
-class WidthLevels
-{
- public:
-  explicit WidthLevels(double unit)
-  {
-    for (size_t i = 0; i + 1 < kWidthLevels.size(); ++i)
-    {
-      const double between = (kWidthLevels[i] + kWidthLevels[i + 1]) / 2 * unit;
-      bounds_[i] = between * between;
-    }
-  }
-
-  /// Whether all points up to a distance are exactly where they are. Variances are convex along a ray.
-  [[nodiscard]] bool isSharp(const RayWidth& width, double distance) const
-  {
-    return std::max(width.constant, width.variance(distance)) <= bounds_[0];
-  }
-
-  [[nodiscard]] size_t of(double variance)
-  {
-    while (level_ < bounds_.size() && variance > bounds_[level_]) ++level_;
-    while (level_ > 0 && variance <= bounds_[level_ - 1]) --level_;
-    return level_;
-  }
-
- private:
-  std::array<double, kWidthLevels.size() - 1> bounds_{};
-  size_t level_ = 0;
-};
-
 constexpr double kOnEnd_cells = 1e-6;
 
 /** Distances of a ray's free samples from its origin [cells].
@@ -159,11 +128,11 @@ class MaskMarker
   void markWide(const Eigen::Vector3d& point, double variance)
   {
     const uint64_t bit = find(localCell(point.x()), localCell(point.y()), localCell(point.z()));
-    const size_t level = levels_.of(variance);
-    if (level == 0)
+    level_ = levels_.of(variance, level_);
+    if (level_ == 0)
       (sharp_->*kSharp)[layer_] |= bit;
     else
-      (maskOf(marks_.wideMasks[level - 1]).*kWide)[layer_] |= bit;
+      (maskOf(marks_.wideMasks[level_ - 1]).*kWide)[layer_] |= bit;
   }
 
   /// Marks the cells of the ray's free samples.
@@ -210,7 +179,8 @@ class MaskMarker
       // Samples from the sensor on may leave out the cell that the ray was seen to reach.
       if (!ray.hasHit && !rules.fromEnd && samples.count() > 0) markAt(samples.last());
     };
-    if (levels_.isSharp(ray.width, samples.last()))
+    // Variances are convex along a ray: the widest sample is at an end.
+    if (levels_.of(std::max(ray.width.constant, ray.width.variance(samples.last()))) == 0)
       markAll(
           [&](double t)
           {
@@ -226,6 +196,7 @@ class MaskMarker
   Marks marks_;
   BlockOffset offset_;
   WidthLevels levels_;
+  size_t level_ = 0;  ///< of the last wide sample, for rays walk on
   BlockIndex last_;
   int32_t number_ = -1;
   BlockMasks* sharp_ = nullptr;  ///< of that block; masks are added by find() alone

@@ -102,6 +102,10 @@ struct TrainingSet
 
   /// @param cell relative to the anchor
   [[nodiscard]] bool isIn(CellMask BlockMasks::*mask, const CellIndex& cell) const;
+  /// Cells in a layer of a block that hold a free sample, of any width: bits as of a CellMask.
+  [[nodiscard]] uint64_t freeInLayer(size_t block, size_t z) const;
+  /// @param cell relative to the anchor
+  [[nodiscard]] bool holdsFree(const CellIndex& cell) const;
   /// Forgets that the cell holds free samples, of any width.
   void removeFree(const CellIndex& cell);
 
@@ -140,6 +144,20 @@ inline bool TrainingSet::isIn(CellMask BlockMasks::*mask, const CellIndex& cell)
   const Place place = placeOf(cell);
   const auto number = static_cast<size_t>(place.block);
   return place.block >= 0 && number < masks.size() && ((masks[number].*mask)[place.word] & place.bit) != 0;
+}
+
+inline uint64_t TrainingSet::freeInLayer(size_t block, size_t z) const
+{
+  uint64_t free = block < masks.size() ? masks[block].free[z] : 0;
+  for (const std::vector<WideMasks>& level : wideMasks)
+    if (block < level.size()) free |= level[block].free[z];
+  return free;
+}
+
+inline bool TrainingSet::holdsFree(const CellIndex& cell) const
+{
+  const Place place = placeOf(cell);
+  return place.block >= 0 && (freeInLayer(static_cast<size_t>(place.block), place.word) & place.bit) != 0;
 }
 
 inline void TrainingSet::removeFree(const CellIndex& cell)

@@ -3,6 +3,7 @@
 #include <lamap_core/bgk/expected_kernel.h>
 #include <lamap_core/bgk/kernels_by_width.h>
 #include <lamap_core/bgk/map.h>
+#include <lamap_core/training/sampler.h>
 #include <support/bgk_oracle.h>
 #include <support/grid_words.h>
 #include <support/seeded_scans.h>
@@ -261,6 +262,29 @@ TEST(BgkWidth, NearPointsOutweighFarOnes)
   map.insert(scan, inference);
   const auto freeAt = [&](double x) { return map.evidence().at({static_cast<int>(x * 10), 0, 0}).second; };
   EXPECT_GT(freeAt(1.0), 3 * freeAt(8.0));
+}
+
+TEST(TrainingSet, HoldsTheFreeSamplesOfWideRays)
+{
+  // Learners that ask what was seen free must be told of wide samples as of sharp ones.
+  RangeOptions limits;
+  SamplingRules rules;
+  const auto freeCells = [&](double std_m)
+  {
+    rules.usePoseCovariance = std_m > 0;
+    const SelectedRays rays = selectRays(oneReturn({4.05, -1.95, 0.05}, std_m), limits);
+    const ScanFrame frame = ScanFrame::around(rays.scan, kResolution_m, std::nullopt);
+    Sampler sampler;
+    const lamap::TrainingSet& set = sampler.sample(rays, rules, frame, {}, 1);
+    size_t count = 0;
+    for (int x = -1; x < 40; ++x)
+      for (int y = -5; y < 10; ++y)
+        for (int z = -5; z < 10; ++z)
+          if (set.holdsFree({x, y, z})) ++count;
+    return count;
+  };
+  EXPECT_GT(freeCells(0), 25);
+  EXPECT_EQ(freeCells(0.2), freeCells(0));
 }
 
 TEST(BgkWidth, AScanThatReachesTooFarIsRefusedBeforeItTakesAllMemory)

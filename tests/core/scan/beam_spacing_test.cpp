@@ -11,14 +11,6 @@ namespace lamap::test
 {
 namespace
 {
-Eigen::Vector3d towards(double azimuth_deg, double elevation_deg)
-{
-  const double azimuth = azimuth_deg * M_PI / 180;
-  const double elevation = elevation_deg * M_PI / 180;
-  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-          std::sin(elevation)};
-}
-
 /// A grid of beams within ±45° × ±15°, at equal angles.
 RayFan grid(double along_deg, double across_deg)
 {

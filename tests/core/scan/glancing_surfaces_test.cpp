@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <lamap_core/scan/glancing_surfaces.h>
 #include <lamap_core/scan/scan.h>
+#include <support/seeded_scans.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,14 +12,6 @@ namespace lamap::test
 {
 namespace
 {
-Eigen::Vector3d towards(double azimuth_deg, double elevation_deg)
-{
-  const double azimuth = azimuth_deg * M_PI / 180;
-  const double elevation = elevation_deg * M_PI / 180;
-  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-          std::sin(elevation)};
-}
-
 /// Rings of a lidar 1 m above a floor, every degree all round.
 RayFan ringsOnFloor(const std::vector<double>& elevations_deg, const Eigen::Vector3d& centre)
 {

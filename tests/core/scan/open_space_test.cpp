@@ -14,14 +14,6 @@ namespace
 {
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
-Eigen::Vector3d towards(double azimuth_deg, double elevation_deg = 0)
-{
-  const double azimuth = azimuth_deg * M_PI / 180;
-  const double elevation = elevation_deg * M_PI / 180;
-  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-          std::sin(elevation)};
-}
-
 /// Readings of a laser, a degree apart from the first angle on; 0: no return.
 RayFan laser(double first_deg, const std::vector<double>& ranges_m)
 {
