@@ -9,18 +9,6 @@ namespace
 {
 constexpr int kEdge = kScanBlockEdge;
 
-/// Spreads 8 bits over the 8 bytes of a word.
-constexpr std::array<uint64_t, 256> makeByteLanes()
-{
-  std::array<uint64_t, 256> lanes{};
-  for (uint32_t bits = 0; bits < 256; ++bits)
-  {
-    for (uint32_t i = 0; i < 8; ++i) lanes[bits] |= static_cast<uint64_t>(bits >> i & 1u) << (8 * i);
-  }
-  return lanes;
-}
-constexpr std::array<uint64_t, 256> kByteLanes = makeByteLanes();
-
 double offsetsWithin(double support)
 {
   const double edge = 2 * std::ceil(support) + 1;
@@ -154,8 +142,8 @@ Layers CellStencil::addByCounting(MaskNeighbourhood& neighbourhood, BlockSums& s
       {
         const uint32_t bits = rows.at(y, fromZ);
         uint64_t& pair = pairs[static_cast<size_t>(y + reach_)];
-        pair = kByteLanes[bits >> (reach_ - j) & 0xFF];
-        if (j > 0) pair += kByteLanes[bits >> (reach_ + j) & 0xFF];
+        pair = bytesOfBits(bits >> (reach_ - j) & 0xFF);
+        if (j > 0) pair += bytesOfBits(bits >> (reach_ + j) & 0xFF);
       }
       for (const Row& row : rows_)
       {

@@ -17,13 +17,21 @@ struct MaskNeighbourhood
   std::vector<const CellMask*> masks;
   std::vector<uint64_t> counts;  ///< working memory of the stencil
 
-  [[nodiscard]] const CellMask* at(int dx, int dy, int dz) const
+  [[nodiscard]] const CellMask* at(int dx, int dy, int dz) const { return rowOf(dy, dz)[dx + 1]; }
+  /// Those at dx = −1, 0 and 1.
+  [[nodiscard]] const CellMask* const* rowOf(int dy, int dz) const
   {
     const int edge = 2 * blocksEachWay + 1;
-    return masks[static_cast<size_t>(((dz + blocksEachWay) * edge + dy + blocksEachWay) * edge + dx +
-                                     blocksEachWay)];
+    return &masks[static_cast<size_t>(((dz + blocksEachWay) * edge + dy + blocksEachWay) * edge +
+                                      blocksEachWay - 1)];
   }
 };
+
+/// Eight bits as the bytes of a word.
+[[nodiscard]] inline uint64_t bytesOfBits(uint32_t bits)
+{
+  return ((bits & 0x7Fu) * uint64_t{0x0002040810204081} & 0x0101010101010101) | uint64_t{bits & 0x80u} << 49;
+}
 
 /** Sums the kernel weights of training points at cell centres.
  *
@@ -39,6 +47,12 @@ class CellStencil
   [[nodiscard]] int reach() const { return reach_; }
   [[nodiscard]] int blocksEachWay() const { return (reach_ + kScanBlockEdge - 1) / kScanBlockEdge; }
   [[nodiscard]] const WeightScale& scale() const { return scale_; }
+  /// By squared distance [cells²], in units of the scale.
+  [[nodiscard]] const std::vector<int64_t>& weights() const { return weights_; }
+  /// How many offsets have each squared distance.
+  [[nodiscard]] const std::vector<uint32_t>& classSizes() const { return classSizes_; }
+  /// The sum if all cells around are marked.
+  [[nodiscard]] int64_t fullSum() const { return fullSum_; }
 
   /// Adds the sums for the central block. @return the layers that marked cells reach; the others are
   /// unchanged.

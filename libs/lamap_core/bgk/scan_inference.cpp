@@ -1,6 +1,7 @@
 #include <lamap_core/bgk/scan_inference.h>
 
 #include <lamap_core/bgk/cell_stencil.h>
+#include <lamap_core/bgk/evidence_table.h>
 #include <lamap_core/bgk/point_sums.h>
 #include <lamap_core/bgk/wide_cells.h>
 #include <lamap_core/grid/block_lists.h>
@@ -32,6 +33,10 @@ struct Weights
         hitStencil(kernels.sharp(), 1.0, isPlanar)
   {
     if (options.freeWeight > 0) freeStencil.emplace(kernels.sharp(), options.freeWeight, isPlanar);
+    if (!EvidenceTable::isTabulable(hitStencil)) return;
+    if (freeStencil && !EvidenceTable::isTabulable(*freeStencil)) return;
+    hitTable.emplace(hitStencil, isPlanar);
+    if (freeStencil) freeTable.emplace(*freeStencil, isPlanar);
   }
 
   [[nodiscard]] bool areFor(const BgkInference& options, double resolution_m, bool isPlanar) const
@@ -45,6 +50,8 @@ struct Weights
   KernelsByWidth kernels;
   CellStencil hitStencil;
   std::optional<CellStencil> freeStencil;
+  std::optional<EvidenceTable> hitTable;  ///< missing: the stencils cannot be tabulated
+  std::optional<EvidenceTable> freeTable;
 };
 
 /// First and last cell of a block that carry a mark, along each axis; nothing if none does.
@@ -124,6 +131,9 @@ class BgkScanInference::Implementation
     explicit Worker(const BlockShape& shape) : draft(shape) {}
     BlockSums occupied{};  ///< all zero between blocks
     BlockSums free{};
+    EvidenceTable::BlockEvidence occupiedEvidence{};  ///< all zero between blocks
+    EvidenceTable::BlockEvidence freeEvidence{};
+    std::array<uint64_t, kScanBlockCells> cells{};
     EvidenceDraft draft;
     std::vector<const BlockMasks*> neighbours;
     MaskNeighbourhood neighbourhood;
@@ -141,8 +151,9 @@ class BgkScanInference::Implementation
   void tabulatePartOffsets(const BlockShape& shape);
   Layers sumBlock(size_t target, Worker& worker) const;
   void findNeighbours(const BlockIndex& block, Worker& worker) const;
-  Layers addCells(const CellStencil& stencil, CellMask BlockMasks::*mask, bool BlockMasks::*any,
-                  Worker& worker, BlockSums& sums) const;
+  bool findMarked(CellMask BlockMasks::*mask, bool BlockMasks::*any, Worker& worker) const;
+  [[nodiscard]] bool isTabulated(const BlockIndex& target, const BlockShape& shape) const;
+  void inferByTable(const BlockIndex& target, const BlockShape& shape, Worker& worker) const;
   Layers addPoints(const std::vector<PlacedPoint>& points, const BlockLists::Range& list,
                    const WeightedKernels& weights, const BlockPlace& place, BlockSums& sums) const;
   Layers addSegments(const BlockLists::Range& list, const WeightedKernels& weights, const BlockPlace& place,
@@ -165,6 +176,7 @@ class BgkScanInference::Implementation
   WideCells wideFree_;
   std::array<uint32_t, kScanBlockCells>
       partOffsets_{};  ///< Morton numbers of cells (x, y, z), at (z·8 + y)·8 + x
+  std::array<uint16_t, kScanBlockCells> cellsByMorton_{};  ///< the inverse
   WeightScale pointScale_{1.0, 1.0};
   WeightScale occupiedScale_{1.0, 1.0};
   WeightScale freeScale_{1.0, 1.0};
@@ -359,8 +371,11 @@ void BgkScanInference::Implementation::tabulatePartOffsets(const BlockShape& sha
     {
       for (int x = 0; x < part; ++x)
       {
-        partOffsets_[static_cast<size_t>((z * kEdge + y) * kEdge + x)] =
+        const auto cell = static_cast<size_t>((z * kEdge + y) * kEdge + x);
+        const uint32_t number =
             shape.offsetOfLocal(static_cast<uint32_t>(x), static_cast<uint32_t>(y), static_cast<uint32_t>(z));
+        partOffsets_[cell] = number;
+        cellsByMorton_[number] = static_cast<uint16_t>(cell);
       }
     }
   }
@@ -396,10 +411,9 @@ void BgkScanInference::Implementation::findNeighbours(const BlockIndex& block, W
   worker.neighbourhood.masks.resize(worker.neighbours.size());
 }
 
-/// @return the layers that the marked cells reach, in units of the weights.
-Layers BgkScanInference::Implementation::addCells(const CellStencil& stencil, CellMask BlockMasks::*mask,
-                                                  bool BlockMasks::*any, Worker& worker,
-                                                  BlockSums& sums) const
+/// Puts the masks of one kind into the neighbourhood. @return whether any has a mark
+bool BgkScanInference::Implementation::findMarked(CellMask BlockMasks::*mask, bool BlockMasks::*any,
+                                                  Worker& worker) const
 {
   bool anyMarked = false;
   for (size_t i = 0; i < worker.neighbours.size(); ++i)
@@ -409,7 +423,7 @@ Layers BgkScanInference::Implementation::addCells(const CellStencil& stencil, Ce
     worker.neighbourhood.masks[i] = marked ? &(neighbour->*mask) : nullptr;
     anyMarked = anyMarked || marked;
   }
-  return anyMarked ? stencil.addUp(worker.neighbourhood, sums) : Layers{};
+  return anyMarked;
 }
 
 /// @return the layers that the points reach, in units of the weights.
@@ -461,11 +475,11 @@ Layers BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker)
   if (weights_->inference.trainingPoints == TrainingPoints::Cells)
   {
     findNeighbours(block, worker);
-    reached.include(
-        addCells(weights_->hitStencil, &BlockMasks::hit, &BlockMasks::anyHit, worker, worker.occupied));
-    if (weights_->freeStencil && weights_->inference.freeSpace == FreeSpace::Samples)
-      reached.include(
-          addCells(*weights_->freeStencil, &BlockMasks::free, &BlockMasks::anyFree, worker, worker.free));
+    if (findMarked(&BlockMasks::hit, &BlockMasks::anyHit, worker))
+      reached.include(weights_->hitStencil.addUp(worker.neighbourhood, worker.occupied));
+    if (weights_->freeStencil && weights_->inference.freeSpace == FreeSpace::Samples &&
+        findMarked(&BlockMasks::free, &BlockMasks::anyFree, worker))
+      reached.include(weights_->freeStencil->addUp(worker.neighbourhood, worker.free));
   }
   else
   {
@@ -486,6 +500,46 @@ Layers BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker)
   return reached;
 }
 
+/// Whether inferByTable() may be used.
+bool BgkScanInference::Implementation::isTabulated(const BlockIndex& target, const BlockShape& shape) const
+{
+  return weights_->hitTable && weights_->inference.trainingPoints == TrainingPoints::Cells &&
+         weights_->inference.freeSpace != FreeSpace::Line && shape.edge() == kEdge && hitLists_.empty() &&
+         freeLists_.empty() && wideHits_.at(target) == nullptr && wideFree_.at(target) == nullptr;
+}
+
+/** The evidence of one scan block, which one block of the map holds, of cells without a width alone.
+ * As sumBlock() and draftPart(), in a fraction of the time. */
+void BgkScanInference::Implementation::inferByTable(const BlockIndex& target, const BlockShape& shape,
+                                                    Worker& worker) const
+{
+  findNeighbours(target, worker);
+  Layers reached;
+  if (findMarked(&BlockMasks::hit, &BlockMasks::anyHit, worker))
+    reached.include(weights_->hitTable->look(worker.neighbourhood, worker.occupiedEvidence));
+  if (weights_->freeTable && findMarked(&BlockMasks::free, &BlockMasks::anyFree, worker))
+    reached.include(weights_->freeTable->look(worker.neighbourhood, worker.freeEvidence));
+  if (!reached.any()) return;
+  const int32_t number = training_->blocks.find(target);
+  if (number >= 0 && static_cast<size_t>(number) < training_->masks.size())
+    forEachCell(training_->masks[static_cast<size_t>(number)].protectedHit,
+                [&](size_t cell) { worker.freeEvidence[cell] = 0; });
+
+  constexpr size_t kLayer = kEdge * kEdge;
+  const CellIndex first = firstCellOf(target);
+  const size_t begin = shape.planar() ? static_cast<size_t>(layer_ - first.z) * kLayer : 0;
+  for (size_t i = 0; i < shape.cellCount(); ++i)
+  {
+    const size_t cell = begin + cellsByMorton_[i];
+    worker.cells[i] = worker.occupiedEvidence[cell] | uint64_t{worker.freeEvidence[cell]} << 32;
+  }
+  worker.draft.addBlock(shape.blockOf({first.x, first.y, shape.planar() ? layer_ : first.z}),
+                        worker.cells.data());
+  for (EvidenceTable::BlockEvidence* evidence : {&worker.occupiedEvidence, &worker.freeEvidence})
+    std::fill(evidence->begin() + reached.begin * static_cast<int>(kLayer),
+              evidence->begin() + reached.end * static_cast<int>(kLayer), 0u);
+}
+
 void BgkScanInference::Implementation::inferGroup(const BlockGroups::Group& group, const BlockShape& shape,
                                                   Worker& worker) const
 {
@@ -495,7 +549,13 @@ void BgkScanInference::Implementation::inferGroup(const BlockGroups::Group& grou
   CellIndex corner;
   for (const uint32_t target : group)
   {
-    const CellIndex first = firstCellOf(targets_.blocks()[target]);
+    const BlockIndex& place = targets_.blocks()[target];
+    if (isTabulated(place, shape))
+    {
+      inferByTable(place, shape, worker);
+      continue;
+    }
+    const CellIndex first = firstCellOf(place);
     const Layers reached = sumBlock(target, worker);
     Layers layers = reached;
     if (shape.planar()) layers = {layer_ - first.z, layer_ - first.z + 1};

@@ -318,6 +318,38 @@ void EvidenceBlock::pack(const BlockShape& shape, const DenseBlock& dense, const
   pruned_ = !held.empty();
 }
 
+EvidenceBlock EvidenceBlock::ofNarrowCells(const BlockShape& shape, const uint64_t* cells)
+{
+  const size_t maskWords = shape.maskWords();
+  const size_t cellCount = shape.cellCount();
+  std::vector<uint64_t> words(maskWords);
+  size_t count = 0;
+  uint64_t bits = 0;
+  for (size_t word = 0; word < maskWords; ++word)
+  {
+    const uint64_t* const some = cells + word * 64;
+    const size_t cellsOfWord = std::min<size_t>(64, cellCount - word * 64);
+    uint64_t mask = 0;
+    for (size_t i = 0; i < cellsOfWord; ++i)
+    {
+      mask |= uint64_t{some[i] != 0} << i;
+      bits |= some[i];
+    }
+    words[word] = mask;
+    count += countBits(mask);
+  }
+  EvidenceBlock block;
+  if (count == 0) return block;
+  words.resize(maskWords + count);
+  uint64_t* next = words.data() + maskWords;
+  for (size_t word = 0; word < maskWords; ++word)
+    for (uint64_t rest = words[word]; rest != 0; rest &= rest - 1)
+      *next++ = cells[word * 64 + static_cast<size_t>(__builtin_ctzll(rest))];
+  block.words_ = std::move(words);
+  block.most_ = static_cast<uint32_t>(bits | bits >> 32);
+  return block;
+}
+
 size_t EvidenceBlock::leafCount(const BlockShape& shape) const
 {
   return words_.empty() ? 0 : countBits(leafMask(shape), shape.maskWords());

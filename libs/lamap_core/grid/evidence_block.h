@@ -148,6 +148,9 @@ class EvidenceBlock
    * @param merger decides; empty: no octant is held once. */
   void pack(const BlockShape& shape, const DenseBlock& dense, const OctantMerger& merger);
 
+  /// Every cell by itself. @param cells by Morton number: first | second << 32; 0 where not observed
+  [[nodiscard]] static EvidenceBlock ofNarrowCells(const BlockShape& shape, const uint64_t* cells);
+
   [[nodiscard]] bool empty() const { return words_.empty(); }
   [[nodiscard]] bool wide() const { return wide_; }
   [[nodiscard]] bool pruned() const { return pruned_; }

@@ -24,6 +24,13 @@ class EvidenceDraft
     block_.clear();
   }
 
+  /// A whole block at once. @param cells as EvidenceBlock::ofNarrowCells() takes them
+  void addBlock(const BlockIndex& index, const uint64_t* cells)
+  {
+    EvidenceBlock block = EvidenceBlock::ofNarrowCells(shape_, cells);
+    if (!block.empty()) made_.emplace_back(index, std::move(block));
+  }
+
   [[nodiscard]] size_t blockCount() const { return made_.size(); }
   /// Hands over all blocks; nobody else has made one of them.
   void moveTo(Evidence& evidence)

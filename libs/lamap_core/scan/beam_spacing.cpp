@@ -189,15 +189,7 @@ std::vector<float> beamSpacing(const RayFan& fan)
   std::vector<float> spacing(fan.rays.size(), 0.0F);
   if (fan.rays.size() < 2) return spacing;
   std::vector<Bin> bins;
-  bins.reserve(fan.rays.size());
-  const auto directionOf = [&](size_t i)
-  { return fan.directionOf(fan.rays[std::min(i, fan.rays.size() - 1)]); };
-  for (size_t i = 0; i < fan.rays.size(); i += 2)
-  {
-    const auto [one, other] = Bin::of(directionOf(i), directionOf(i + 1));
-    bins.push_back(one);
-    if (i + 1 < fan.rays.size()) bins.push_back(other);
-  }
+  Bin::ofAll(fan, bins);
   const SeenBins all(bins);
   std::transform(bins.begin(), bins.end(), spacing.begin(),
                  [&](const Bin& bin) { return all.spacing_rad(bin); });

@@ -1,65 +1,87 @@
 #pragma once
 
 #include <lamap_core/scan/direction_angles.h>
+#include <lamap_core/scan/scan.h>
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
-#include <utility>
+#include <cstdint>
+#include <vector>
 
 namespace lamap
 {
 /** Directions in bins of a part of a degree: rows by elevation, columns by azimuth. Whole steps stand in the
- * middle of a bin: sensors like them. @tparam kPerDegree bins */
+ * middle of a bin: sensors like them. The same on every processor. @tparam kPerDegree bins */
 template <int kPerDegree>
 struct DirectionBinOf
 {
   static constexpr int kRows = 180 * kPerDegree + 1;  ///< from straight down to straight up
   static constexpr int kColumns = 360 * kPerDegree;
+  static constexpr int kNowhere = -1;  ///< the column of what has no direction
 
-  int row;
-  int column;
+  int row = 0;
+  int column = kNowhere;
+
+  [[nodiscard]] bool isSomewhere() const { return column != kNowhere; }
 
   [[nodiscard]] static bool hasOne(const Eigen::Vector3d& direction)
   {
     return direction.allFinite() && !direction.isZero(0);
   }
 
-  /// @param direction with hasOne(); its length does not matter. The same on every processor.
+  /// @param direction with hasOne(); its length does not matter
   [[nodiscard]] static DirectionBinOf of(const Eigen::Vector3d& direction)
   {
-    return of(direction, direction).first;
+    DirectionBatch batch;
+    batch.add(direction);
+    findAngles(batch);
+    return ofAngles(batch.elevation[0], batch.azimuth[0]);
   }
-  /// Two at once, which costs no more than one.
-  [[nodiscard]] static std::pair<DirectionBinOf, DirectionBinOf> of(const Eigen::Vector3d& one,
-                                                                    const Eigen::Vector3d& other)
+
+  /** The bins of many directions, which takes a fraction of the time for each.
+   * @param directionOf(i) of the i-th
+   * @param bins set to one for each */
+  template <typename DirectionOf>
+  static void ofAll(size_t count, const DirectionOf& directionOf, std::vector<DirectionBinOf>& bins)
   {
-    const Eigen::Vector3f a = scaled(one);
-    const Eigen::Vector3f b = scaled(other);
-    const Eigen::Array4f angles =
-        anglesOf({a.y(), a.z(), b.y(), b.z()}, {a.x(), across(a), b.x(), across(b)});
-    return {{rowAt(angles[1]), columnAt(angles[0])}, {rowAt(angles[3]), columnAt(angles[2])}};
+    bins.assign(count, {});
+    DirectionBatch batch;
+    std::array<size_t, DirectionBatch::kMost> numbers;
+    const auto finish = [&]
+    {
+      findAngles(batch);
+      for (size_t i = 0; i < batch.count; ++i)
+        bins[numbers[i]] = ofAngles(batch.elevation[i], batch.azimuth[i]);
+      batch.count = 0;
+    };
+    for (size_t i = 0; i < count; ++i)
+    {
+      const Eigen::Vector3d direction = directionOf(i);
+      if (!hasOne(direction)) continue;
+      numbers[batch.count] = i;
+      batch.add(direction);
+      if (batch.full()) finish();
+    }
+    finish();
+  }
+  /// Of the rays of a fan.
+  static void ofAll(const RayFan& fan, std::vector<DirectionBinOf>& bins)
+  {
+    ofAll(
+        fan.rays.size(), [&](size_t i) { return fan.directionOf(fan.rays[i]); }, bins);
   }
 
  private:
-  /// So that no square is too small or too large.
-  static Eigen::Vector3f scaled(const Eigen::Vector3d& direction)
+  static DirectionBinOf ofAngles(float elevation, float azimuth)
   {
-    return (direction / direction.cwiseAbs().maxCoeff()).cast<float>();
-  }
-  static float across(const Eigen::Vector3f& v)
-  {
-    const float xx = v.x() * v.x();
-    const float yy = v.y() * v.y();
-    return std::sqrt(xx + yy);
+    return {std::clamp(binAlong(elevation, -90), 0, kRows - 1),
+            std::clamp(binAlong(azimuth, -180), 0, kColumns) % kColumns};
   }
   static int binAlong(float angle, float lowest_deg)
   {
     constexpr auto kDegree = static_cast<float>(3.141592653589793 / 180);
     return static_cast<int>((angle / kDegree - lowest_deg) * kPerDegree + 0.5F);  // of what is not negative
   }
-  static int rowAt(float angle) { return std::clamp(binAlong(angle, -90), 0, kRows - 1); }
-  static int columnAt(float angle) { return std::clamp(binAlong(angle, -180), 0, kColumns) % kColumns; }
 };
 
 using DirectionBin = DirectionBinOf<1>;  ///< of a degree each

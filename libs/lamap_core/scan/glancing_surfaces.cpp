@@ -8,7 +8,6 @@ namespace lamap
 {
 namespace
 {
-constexpr int kNowhere = -1;  ///< the column of a ray without direction
 constexpr float kNoReturn = std::numeric_limits<float>::infinity();
 
 bool isBefore(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
@@ -53,33 +52,21 @@ const std::vector<GlancingSurfaces::Piece>& GlancingSurfaces::of(const RayFan& f
 
 void GlancingSurfaces::sortIntoBins(const RayFan& fan)
 {
-  const size_t count = fan.rays.size();
-  bins_.assign(count, {0, kNowhere});
+  DirectionBin::ofAll(fan, bins_);
   int lowRow = DirectionBin::kRows;
   int highRow = -1;
-  const Eigen::Vector3d anywhere = Eigen::Vector3d::UnitX();
-  for (size_t i = 0; i < count; i += 2)
+  for (const DirectionBin& bin : bins_)
   {
-    const Eigen::Vector3d one = fan.directionOf(fan.rays[i]);
-    const Eigen::Vector3d other = i + 1 < count ? fan.directionOf(fan.rays[i + 1]) : anywhere;
-    const bool hasOne = DirectionBin::hasOne(one);
-    const bool hasOther = i + 1 < count && DirectionBin::hasOne(other);
-    const auto [bin, otherBin] = DirectionBin::of(hasOne ? one : anywhere, hasOther ? other : anywhere);
-    const auto put = [&](size_t ray, const DirectionBin& in)
-    {
-      bins_[ray] = in;
-      lowRow = std::min(lowRow, in.row);
-      highRow = std::max(highRow, in.row);
-    };
-    if (hasOne) put(i, bin);
-    if (hasOther) put(i + 1, otherBin);
+    if (!bin.isSomewhere()) continue;
+    lowRow = std::min(lowRow, bin.row);
+    highRow = std::max(highRow, bin.row);
   }
   firstRow_ = lowRow;
   rows_ = std::max(highRow - lowRow + 1, 0);
   nearest_.assign(static_cast<size_t>(rows_) * DirectionBin::kColumns, {});
   for (uint32_t i = 0; i < bins_.size(); ++i)
   {
-    if (bins_[i].column == kNowhere) continue;
+    if (!bins_[i].isSomewhere()) continue;
     Nearest& nearest = nearest_[static_cast<size_t>(bins_[i].row - firstRow_) * DirectionBin::kColumns +
                                 static_cast<size_t>(bins_[i].column)];
     const bool hasReturn = fan.rays[i].meaning == RayEnd::Return;

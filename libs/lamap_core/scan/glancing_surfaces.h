@@ -48,7 +48,7 @@ class GlancingSurfaces
   void joinAlong(const RayFan& fan, size_t firstBin, size_t step, int count, int overlap);
   void joinRun(const Eigen::Vector3d& centre);
 
-  std::vector<DirectionBin> bins_;  ///< of the rays; column −1: none
+  std::vector<DirectionBin> bins_;  ///< of the rays
   int firstRow_ = 0;
   int rows_ = 0;
   std::vector<Nearest> nearest_;  ///< by row, then by column

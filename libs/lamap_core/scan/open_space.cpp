@@ -25,26 +25,30 @@ bool contains(const RayFan& fan, RayEnd meaning)
 OpenSpace::OpenSpace(const RayFan& fan, double rangeMin_m)
 {
   if (!fan.centre.allFinite() || !contains(fan, RayEnd::NoReturn) || !contains(fan, RayEnd::Return)) return;
+  std::vector<DirectionBin> bins;
+  DirectionBin::ofAll(fan, bins);
   std::vector<Seen> seen;
-  seen.reserve(fan.rays.size());
-  for (const Ray& ray : fan.rays)
+  seen.reserve(bins.size());
+  for (size_t i = 0; i < bins.size(); ++i)
   {
-    const bool hasReturn = ray.meaning == RayEnd::Return;
-    const Eigen::Vector3d direction = fan.directionOf(ray);
-    if (!DirectionBin::hasOne(direction)) continue;
-    const double range_m = hasReturn ? direction.norm() : 0;
+    if (!bins[i].isSomewhere()) continue;
+    const Ray& ray = fan.rays[i];
+    const double range_m = ray.meaning == RayEnd::Return ? fan.directionOf(ray).norm() : 0;
     const bool isBound = range_m > 0 && range_m >= rangeMin_m;
-    seen.push_back({DirectionBin::of(direction), isBound ? static_cast<float>(range_m) : kNone});
+    seen.push_back({bins[i], isBound ? static_cast<float>(range_m) : kNone});
   }
   fill(seen);
 }
 
 OpenSpace OpenSpace::between(const std::vector<Eigen::Vector3d>& ends)
 {
+  std::vector<DirectionBin> bins;
+  DirectionBin::ofAll(
+      ends.size(), [&](size_t i) { return ends[i]; }, bins);
   std::vector<Seen> seen;
   seen.reserve(ends.size());
-  for (const Eigen::Vector3d& end : ends)
-    if (DirectionBin::hasOne(end)) seen.push_back({DirectionBin::of(end), static_cast<float>(end.norm())});
+  for (size_t i = 0; i < ends.size(); ++i)
+    if (bins[i].isSomewhere()) seen.push_back({bins[i], static_cast<float>(ends[i].norm())});
   OpenSpace space;
   space.fill(seen);
   return space;

@@ -10,6 +10,13 @@
 
 namespace lamap
 {
+/// The cell, along an axis, that holds a coordinate in cells. @param coordinate within ±(2^31 − 1)
+[[nodiscard]] inline int32_t localCell(double coordinate)
+{
+  const auto truncated = static_cast<int32_t>(coordinate);
+  return truncated - (coordinate < truncated ? 1 : 0);
+}
+
 /** A frame whose unit is one cell and whose origin is the lowest corner of an anchor cell near the sensor.
  *
  * Positions in it are small numbers, so that arithmetic is the same wherever on the map a scan was taken:
@@ -44,12 +51,13 @@ class ScanFrame
     for (int axis = 0; axis < axes; ++axis)
     {
       const double inCells = point_map[axis] / resolution_m_;
-      const double cell = std::floor(inCells);
-      const double fromAnchor = cell - anchor[static_cast<size_t>(axis)];
-      if (!(std::abs(fromAnchor) < kReach_cells)) return std::nullopt;
+      if (!(std::abs(inCells) < kMostCells)) return std::nullopt;
+      const int32_t cell = localCell(inCells);
+      const int64_t fromAnchor = int64_t{cell} - anchor[static_cast<size_t>(axis)];
+      if (std::abs(fromAnchor) >= static_cast<int64_t>(kReach_cells)) return std::nullopt;
       // Just below a cell's upper face the fraction may round to 1, which would be the next cell.
       constexpr double kBelowOne = 1.0 - 0x1p-53;
-      local[axis] = fromAnchor + std::min(inCells - cell, kBelowOne);
+      local[axis] = static_cast<double>(fromAnchor) + std::min(inCells - cell, kBelowOne);
     }
     if (planar_) local.z() = 0.5;
     return local;
@@ -67,17 +75,12 @@ class ScanFrame
   }
 
  private:
+  static constexpr double kMostCells = INT32_MAX;
+
   double resolution_m_;
   CellIndex anchor_;
   bool planar_;
 };
-
-/// The cell, relative to the anchor, that holds a local position.
-[[nodiscard]] inline int32_t localCell(double coordinate)
-{
-  const auto truncated = static_cast<int32_t>(coordinate);
-  return truncated - (coordinate < truncated ? 1 : 0);
-}
 
 [[nodiscard]] inline CellIndex cellOfLocal(const Eigen::Vector3d& local)
 {

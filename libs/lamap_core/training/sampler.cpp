@@ -1,6 +1,7 @@
 #include <lamap_core/scan/glancing_surfaces.h>
 #include <lamap_core/training/point_groups.h>
 #include <lamap_core/training/ray_widths.h>
+#include <lamap_core/training/sample_cells.h>
 #include <lamap_core/training/sampler.h>
 
 #include <tbb/parallel_for.h>
@@ -66,6 +67,10 @@ class FreeSamples
   }
   [[nodiscard]] int64_t count() const { return count_; }
   [[nodiscard]] double last() const { return std::max(0.0, last_); }
+  [[nodiscard]] SampledRay along(const TrainingRay& ray) const
+  {
+    return {ray.origin, ray.direction, first_, step_, last_};
+  }
   [[nodiscard]] double at(int64_t i) const
   {
     return std::max(0.0, std::min(first_ + static_cast<double>(i) * step_, last_));
@@ -173,29 +178,34 @@ class MaskMarker
   void markSamples(const TrainingRay& ray, const RulesInCells& rules)
   {
     const FreeSamples samples(ray, rules);
-    const auto markAll = [&](const auto& markAt)
-    {
-      for (int64_t i = 0; i < samples.count(); ++i) markAt(samples.at(i));
-      // Samples from the sensor on may leave out the cell that the ray was seen to reach.
-      if (!ray.hasHit && !rules.fromEnd && samples.count() > 0) markAt(samples.last());
-    };
+    const int64_t count = samples.count();
+    // Samples from the sensor on may leave out the cell that the ray was seen to reach.
+    const bool marksEnd = !ray.hasHit && !rules.fromEnd && count > 0;
     // Variances are convex along a ray: the widest sample is at an end.
-    if (levels_.of(std::max(ray.width.constant, ray.width.variance(samples.last()))) == 0)
-      markAll(
-          [&](double t)
-          {
-            mark<kSharp>(localCell(ray.origin.x() + t * ray.direction.x()),
-                         localCell(ray.origin.y() + t * ray.direction.y()),
-                         localCell(ray.origin.z() + t * ray.direction.z()));
-          });
-    else
-      markAll([&](double t)
-              { markWide<kSharp, kWide>(ray.origin + t * ray.direction, ray.width.variance(t)); });
+    if (levels_.of(std::max(ray.width.constant, ray.width.variance(samples.last()))) > 0)
+    {
+      const auto markAt = [&](double t)
+      { markWide<kSharp, kWide>(ray.origin + t * ray.direction, ray.width.variance(t)); };
+      for (int64_t i = 0; i < count; ++i) markAt(samples.at(i));
+      if (marksEnd) markAt(samples.last());
+      return;
+    }
+    const SampledRay sampled = samples.along(ray);
+    for (int64_t from = 0; from < count; from += SampleCells::kMost)
+    {
+      const int some = static_cast<int>(std::min<int64_t>(SampleCells::kMost, count - from));
+      cells_.find(sampled, from, some);
+      for (int i = 0; i < some; ++i) mark<kSharp>(cells_.x(i), cells_.y(i), cells_.z(i));
+    }
+    if (!marksEnd) return;
+    const CellIndex end = cellOfLocal(ray.origin + samples.last() * ray.direction);
+    mark<kSharp>(end.x, end.y, end.z);
   }
 
   Marks marks_;
   BlockOffset offset_;
   WidthLevels levels_;
+  SampleCells cells_;
   size_t level_ = 0;  ///< of the last wide sample, for rays walk on
   BlockIndex last_;
   int32_t number_ = -1;
@@ -411,8 +421,10 @@ void Sampler::Workspace::markFreeCells(const RulesInCells& rules, unsigned threa
 
 void Sampler::Workspace::collectSurfaces(const Scan& scan, const RayFan& fan, const ScanFrame& frame)
 {
+  const double shortest_m = frame.resolution_m() / 2;
   for (const GlancingSurfaces::Piece& piece : glancing.of(fan))
   {
+    if ((piece.end - piece.begin).squaredNorm() < shortest_m * shortest_m) continue;
     const auto begin = frame.toLocal(scan.inMap(piece.begin));
     const auto end = frame.toLocal(scan.inMap(piece.end));
     if (begin && end) surfaces.push_back({*begin, *end});
@@ -426,10 +438,13 @@ void Sampler::Workspace::keepSurfaces()
   {
     const Eigen::Vector3d along = piece.end - piece.begin;
     const int count = static_cast<int>(2 * along.norm()) + 1;  // every half a cell or less
+    std::optional<CellIndex> last;
     for (int i = 1; i < count; ++i)
     {
       const CellIndex cell = cellOfLocal(piece.begin + along * (static_cast<double>(i) / count));
+      if (last && cell == *last) continue;
       set.removeFree(cell);
+      last = cell;
     }
   }
 }

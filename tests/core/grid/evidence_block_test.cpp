@@ -182,6 +182,25 @@ TEST(EvidenceBlock, UnpacksWhatWasPacked)
     }
 }
 
+TEST(EvidenceBlock, OfNarrowCellsIsWhatIsPackedOfThem)
+{
+  Random random(7);
+  for (const BlockShape& shape : allShapes())
+    for (const double share : {0.0, 0.3, 1.0})
+    {
+      const DenseBlock dense = randomBlock(random, shape, share, 31);
+      std::vector<uint64_t> cells(shape.cellCount());
+      for (uint32_t i = 0; i < cells.size(); ++i)
+        if (dense.isObserved(i)) cells[i] = dense.at(i).first | dense.at(i).second << 32;
+      EvidenceBlock packed;
+      packed.pack(shape, dense, {});
+      const EvidenceBlock narrow = EvidenceBlock::ofNarrowCells(shape, cells.data());
+      EXPECT_EQ(narrow.words(), packed.words()) << nameOf(shape);
+      EXPECT_FALSE(narrow.wide() || narrow.pruned());
+      EXPECT_EQ(narrow.isPlainFor(packed), packed.isPlainFor(packed));
+    }
+}
+
 TEST(EvidenceBlock, HoldsOctantsOfEveryLevelOnce)
 {
   for (const BlockShape& shape : allShapes())
