@@ -62,14 +62,16 @@ class EvidenceMap
   /// Each finest cell that has evidence here or in a prior map, once, in no promised order.
   void visitCells(const StateThresholds& thresholds, const CellVisitor& visitor) const;
   /// The smallest and the largest index of these cells along each axis.
-  [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> extent() const;
+  [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> cellBounds() const;
 
   /// Bytes of the evidence.
   [[nodiscard]] size_t memoryBytes() const { return evidence_.memoryBytes(); }
 
   /// The evidence itself, for files and statistics.
   [[nodiscard]] const Evidence& evidence() const { return evidence_; }
-  [[nodiscard]] Evidence& evidence() { return evidence_; }
+  /// Puts evidence in the place of what is there, e.g. from a file.
+  /// @throws std::invalid_argument unless its shape and kind are those of this map
+  void restoreEvidence(Evidence&& evidence);
 
  protected:
   explicit EvidenceMap(const Structure& structure);
@@ -81,6 +83,7 @@ class EvidenceMap
 
   [[nodiscard]] Reading& reading() { return reading_; }
   [[nodiscard]] const Reading& reading() const { return reading_; }
+  [[nodiscard]] Evidence& mutableEvidence() { return evidence_; }
   [[nodiscard]] RuleForBlock ruleFor(const StateThresholds& thresholds) const;
 
   /// Adds the evidence of a scan. @throws std::overflow_error, with nothing changed: see addSums().

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <utility>
 
 namespace lamap
 {
@@ -123,7 +125,15 @@ void EvidenceMap<Reading>::visitCells(const StateThresholds& thresholds, const C
 }
 
 template <typename Reading>
-std::optional<std::pair<CellIndex, CellIndex>> EvidenceMap<Reading>::extent() const
+void EvidenceMap<Reading>::restoreEvidence(Evidence&& evidence)
+{
+  if (!(evidence.shape() == evidence_.shape()) || evidence.kind() != evidence_.kind())
+    throw std::invalid_argument("the evidence is not that of such a map: its blocks or sums differ");
+  evidence_ = std::move(evidence);
+}
+
+template <typename Reading>
+std::optional<std::pair<CellIndex, CellIndex>> EvidenceMap<Reading>::cellBounds() const
 {
   constexpr int32_t kMost = std::numeric_limits<int32_t>::max();
   CellIndex low{kMost, kMost, kMost};

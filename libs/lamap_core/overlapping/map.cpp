@@ -11,6 +11,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace lamap
 {
@@ -104,7 +105,7 @@ bool OverlappingHilbertMap::trainPending(const OverlappingInference& inference, 
   {
     auto index = std::make_shared<LazyIndex>();
     EvidenceChange change =
-        EvidenceChange::addition(evidence(), inferModel(*model, pending_.pose, nullptr, workers),
+        EvidenceChange::addition(mutableEvidence(), inferModel(*model, pending_.pose, nullptr, workers),
                                  ruleFor(inference.thresholds), workers);
     model->keepWeakHits(fusion_.get(shape_, planarLayer()).hitLogodds());
     if (structure().keepModels)
@@ -131,7 +132,8 @@ void OverlappingHilbertMap::merge(const OverlappingHilbertMap& other, const Stat
                static_cast<double>(other.pending_.scans.size()), "trained first");
   const Workers workers(1);
   auto index = std::make_shared<LazyIndex>();
-  EvidenceChange cells = EvidenceChange::addition(evidence(), other.evidence(), ruleFor(thresholds), workers);
+  EvidenceChange cells =
+      EvidenceChange::addition(mutableEvidence(), other.evidence(), ruleFor(thresholds), workers);
   EvidenceChange written = EvidenceChange::addition(written_, other.written_, noPruning, workers);
   models_.reserve(models_.size() + other.models_.size());
   cells.commit();
@@ -212,7 +214,7 @@ void OverlappingHilbertMap::addEvidence(const CellIndex& index, double logodds,
   const CellSums sums = SignedSums{inEvidenceUnits(logodds), std::nullopt}.coded();
   const Workers workers(1);
   EvidenceChange cells =
-      EvidenceChange::addition(evidence(), evidenceOf(index, sums), ruleFor(thresholds), workers);
+      EvidenceChange::addition(mutableEvidence(), evidenceOf(index, sums), ruleFor(thresholds), workers);
   EvidenceChange written = EvidenceChange::addition(written_, evidenceOf(index, sums), noPruning, workers);
   cells.commit();
   written.commit();
@@ -251,8 +253,8 @@ void OverlappingHilbertMap::setModelPoses(const std::vector<MovedModel>& moved,
   std::sort(touched.begin(), touched.end());
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
   auto index = std::make_shared<LazyIndex>();
-  EvidenceChange change =
-      EvidenceChange::replacement(evidence(), touched, fusedAnew(models, touched, thresholds, workers));
+  EvidenceChange change = EvidenceChange::replacement(mutableEvidence(), touched,
+                                                      fusedAnew(models, touched, thresholds, workers));
   change.commit();
   models_.swap(models);
   index_ = std::move(index);
@@ -272,6 +274,14 @@ Evidence OverlappingHilbertMap::fusedAnew(const std::vector<PlacedModel>& models
   add(std::move(written));
   for (const auto& [pose, model] : models) add(inferModel(*model, pose, &blocks, workers));
   return fused;
+}
+
+void OverlappingHilbertMap::restoreEvidence(Evidence&& evidence, Evidence&& written)
+{
+  if (!(written.shape() == written_.shape()) || written.kind() != written_.kind())
+    throw std::invalid_argument("the written evidence is not that of such a map: its blocks or sums differ");
+  EvidenceMap::restoreEvidence(std::move(evidence));
+  written_ = std::move(written);
 }
 
 void OverlappingHilbertMap::restore(std::vector<PlacedModel> models, PendingScans pending)

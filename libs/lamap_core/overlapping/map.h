@@ -108,9 +108,10 @@ class OverlappingHilbertMap : public EvidenceMap<OverlappingReading>
   // The whole state, for files: structure(), evidence(), writtenEvidence(), models() and pending().
   /// The part of it that came by addEvidence(), never pruned.
   [[nodiscard]] const Evidence& writtenEvidence() const { return written_; }
-  [[nodiscard]] Evidence& writtenEvidence() { return written_; }
   [[nodiscard]] const std::vector<PlacedModel>& models() const { return models_; }
   [[nodiscard]] const PendingScans& pending() const { return pending_; }
+  /// As EvidenceMap::restoreEvidence(). @param written the part of it that came by addEvidence()
+  void restoreEvidence(Evidence&& evidence, Evidence&& written);
   /** Puts models and waiting scans in the place of those there, e.g. from a file; cells stay as they are.
    * @throws std::runtime_error if this map could not have them */
   void restore(std::vector<PlacedModel> models, PendingScans pending);

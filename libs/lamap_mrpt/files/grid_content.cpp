@@ -43,8 +43,9 @@ void writeGrid(const Evidence& grid, ByteWriter& out)
   }
 }
 
-void readGrid(Evidence& grid, std::optional<int32_t> planarLayer, ByteReader& in)
+Evidence readGrid(const Evidence& like, std::optional<int32_t> planarLayer, ByteReader& in)
 {
+  Evidence grid(like.shape(), like.kind());
   constexpr size_t kLeastBytesOfBlock = kIndexBytes + 1 + sizeof(uint64_t);
   const auto count = in.number<uint64_t>();
   in.requireElements(count, kLeastBytesOfBlock);
@@ -68,6 +69,7 @@ void readGrid(Evidence& grid, std::optional<int32_t> planarLayer, ByteReader& in
       in.fail(error.what());
     }
   }
+  return grid;
 }
 
 }  // namespace lamap

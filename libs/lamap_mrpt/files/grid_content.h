@@ -14,9 +14,10 @@ namespace lamap
  * 2: pruned) and its packed words. */
 void writeGrid(const Evidence& grid, ByteWriter& out);
 
-/** Reads them into an empty grid.
+/** Reads them.
+ * @param like the shape and the kind of the sums, whatever it holds
  * @param planarLayer the only layer of cells that is allowed
  * @throws std::runtime_error naming the place and what cannot be; the bytes are not trusted. */
-void readGrid(Evidence& grid, std::optional<int32_t> planarLayer, ByteReader& in);
+[[nodiscard]] Evidence readGrid(const Evidence& like, std::optional<int32_t> planarLayer, ByteReader& in);
 
 }  // namespace lamap

@@ -196,8 +196,8 @@ void writeOverlappingMap(const OverlappingHilbertMap& map, ByteWriter& out)
 void readOverlappingMap(OverlappingHilbertMap& map, ByteReader& in, uint8_t version)
 {
   const auto layer = map.structure().planar ? std::optional(map.planarLayer()) : std::nullopt;
-  readGrid(map.evidence(), layer, in);
-  readGrid(map.writtenEvidence(), layer, in);
+  Evidence evidence = readGrid(map.evidence(), layer, in);
+  map.restoreEvidence(std::move(evidence), readGrid(map.writtenEvidence(), layer, in));
   std::vector<PlacedModel> models;
   constexpr size_t kPoseBytes = kIndexBytes + 12 * sizeof(double);
   readAll(models, kPoseBytes, in,

@@ -34,7 +34,7 @@ constexpr int kMaxPriorDepth = 16;
 void readAtDepth(BgkMap& map, ByteReader& in, int depth)
 {
   if (depth > kMaxPriorDepth) in.fail("prior maps are nested too deep");
-  readGrid(map.evidence(), map.structure().planarLayer(), in);
+  map.restoreEvidence(readGrid(map.evidence(), map.structure().planarLayer(), in));
   if (!in.number<bool>()) return;
   CBGKMap::TCreationOptions options;
   options.read(in);

@@ -42,7 +42,7 @@ void GpLearner::write(const GpMap& map, ByteWriter& out)
 
 void GpLearner::read(GpMap& map, ByteReader& in, uint8_t /*version*/)
 {
-  readGrid(map.evidence(), map.structure().planarLayer(), in);
+  map.restoreEvidence(readGrid(map.evidence(), map.structure().planarLayer(), in));
   requireSums(map, in);
 }
 

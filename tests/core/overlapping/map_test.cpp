@@ -245,8 +245,8 @@ TEST(OverlappingMap, ABoxWithoutOutliersIsSmaller)
   const OverlappingHilbertMap all = mapOf(options, {scan});
   options.inference.boxQuantile = 0.02;
   const OverlappingHilbertMap trimmed = mapOf(options, {scan});
-  EXPECT_GT(all.extent()->second.x, 250);
-  EXPECT_LT(trimmed.extent()->second.x, 40);
+  EXPECT_GT(all.cellBounds()->second.x, 250);
+  EXPECT_LT(trimmed.cellBounds()->second.x, 40);
 }
 
 HilbertUncertainty uncertainPose(Random& random)
@@ -347,14 +347,15 @@ TEST(OverlappingMap, ScansWaitUntilTheirModelIsFull)
 OverlappingHilbertMap copiedByParts(const OverlappingHilbertMap& map)
 {
   OverlappingHilbertMap copy(map.structure());
-  const auto copyGrid = [](const Evidence& from, Evidence& to)
+  const auto copied = [](const Evidence& from)
   {
+    Evidence to(from.shape(), from.kind());
     for (const BlockWords& block : wordsOf(from))
       to.findOrCreate(block.index) =
           EvidenceBlock::fromWords(from.shape(), block.wide, block.pruned, block.words);
+    return to;
   };
-  copyGrid(map.evidence(), copy.evidence());
-  copyGrid(map.writtenEvidence(), copy.writtenEvidence());
+  copy.restoreEvidence(copied(map.evidence()), copied(map.writtenEvidence()));
   std::vector<PlacedModel> models;
   for (const auto& [pose, model] : map.models())
   {
@@ -364,6 +365,19 @@ OverlappingHilbertMap copiedByParts(const OverlappingHilbertMap& map)
   }
   copy.restore(models, map.pending());
   return copy;
+}
+
+TEST(OverlappingMap, RefusesTheEvidenceOfAnotherKindOfMap)
+{
+  OverlappingHilbertMap map(OverlappingOptions{}.structure);
+  const Evidence own = map.evidence();
+  const Evidence counts(own.shape(), SumKind::Counts);
+  const Evidence finer(BlockShape(1, false), SumKind::Signed);
+  for (const Evidence& other : {counts, finer})
+  {
+    EXPECT_THROW(map.restoreEvidence(Evidence(other), Evidence(own)), std::invalid_argument);
+    EXPECT_THROW(map.restoreEvidence(Evidence(own), Evidence(other)), std::invalid_argument);
+  }
 }
 
 TEST(OverlappingMapProperty, ItsPartsAreTheWholeState)
