@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace lamap
@@ -132,8 +134,17 @@ class HilbertLattice : public SiteWeights
     blocks_[index] = std::move(block);
   }
 
-  /// Adds the sites of a block that are not there yet, with this weight.
-  void addSites(const BlockIndex& index, const SiteSet::Bits& bits, const Weight& weight);
+  /** Adds the sites of a block that are not there yet, with this weight; if that fails, nothing is changed.
+   * @return the block as it was before; nothing if all sites were there */
+  std::optional<Block> addSites(const BlockIndex& index, const SiteSet::Bits& bits, const Weight& weight);
+  /// Puts a block back that addSites() returned. Cannot fail.
+  void putBack(const BlockIndex& index, Block before) noexcept
+  {
+    if (before.weights.empty())
+      blocks_.erase(index);
+    else
+      *find(index) = std::move(before);
+  }
 
   void copyInto(const CellIndex& first, const CellIndex& last, SiteBox& box) const override;
   [[nodiscard]] std::vector<BlockIndex> sortedBlocks() const override;
@@ -166,11 +177,43 @@ class HilbertLattice : public SiteWeights
   tsl::robin_map<BlockIndex, Block, BlockIndexHash> blocks_;
 };
 
+/** Sites that are added to a lattice for something that may yet fail: unless they are kept, the lattice is as
+ * it was when this ends. */
 template <typename Weight>
-void HilbertLattice<Weight>::addSites(const BlockIndex& index, const SiteSet::Bits& bits,
-                                      const Weight& weight)
+class LatticeGrowth
 {
-  Block& block = blocks_[index];
+ public:
+  /// @param blocks that get sites, at most
+  LatticeGrowth(HilbertLattice<Weight>& lattice, size_t blocks) : lattice_(lattice)
+  {
+    before_.reserve(blocks);
+  }
+  ~LatticeGrowth()
+  {
+    for (auto& [index, block] : before_) lattice_.putBack(index, std::move(block));
+  }
+  LatticeGrowth(const LatticeGrowth&) = delete;
+  LatticeGrowth& operator=(const LatticeGrowth&) = delete;
+
+  /// As HilbertLattice::addSites(), at most once for each block.
+  void addSites(const BlockIndex& index, const SiteSet::Bits& bits, const Weight& weight)
+  {
+    if (auto before = lattice_.addSites(index, bits, weight)) before_.emplace_back(index, *std::move(before));
+  }
+  void keep() { before_.clear(); }
+
+ private:
+  HilbertLattice<Weight>& lattice_;
+  std::vector<std::pair<BlockIndex, typename HilbertLattice<Weight>::Block>> before_;
+};
+
+template <typename Weight>
+auto HilbertLattice<Weight>::addSites(const BlockIndex& index, const SiteSet::Bits& bits,
+                                      const Weight& weight) -> std::optional<Block>
+{
+  const Block* there = find(index);
+  const Block none;
+  const Block& block = there != nullptr ? *there : none;
   size_t count = 0;
   bool any = false;
   for (size_t word = 0; word < bits.size(); ++word)
@@ -178,21 +221,22 @@ void HilbertLattice<Weight>::addSites(const BlockIndex& index, const SiteSet::Bi
     count += SiteBits::countOf(bits[word] | block.bits[word]);
     any = any || (bits[word] & ~block.bits[word]) != 0;
   }
-  if (!any) return;
-  std::vector<Weight> merged;
-  merged.reserve(count);
+  if (!any) return std::nullopt;
+  Block merged;
+  merged.weights.reserve(count);
   size_t place = 0;
   for (size_t word = 0; word < bits.size(); ++word)
   {
-    for (uint64_t rest = bits[word] | block.bits[word]; rest != 0; rest &= rest - 1)
+    merged.bits[word] = bits[word] | block.bits[word];
+    for (uint64_t rest = merged.bits[word]; rest != 0; rest &= rest - 1)
     {
       const uint64_t bit = rest & ~(rest - 1);
-      merged.push_back((block.bits[word] & bit) != 0 ? block.weights[place++] : weight);
+      merged.weights.push_back((block.bits[word] & bit) != 0 ? block.weights[place++] : weight);
     }
-    block.bits[word] |= bits[word];
   }
-  block.weights = std::move(merged);
-  block.countBefore();
+  merged.countBefore();
+  std::swap(blocks_[index], merged);
+  return merged;
 }
 
 template <typename Weight>

@@ -42,15 +42,19 @@ void CompactMapModel::learn(HilbertTrainingSet& set, const HilbertFrame& frame,
   compact.findSites(set, kernel_, structure_.latticeSpacing, structure_.planar, shiftOf(frame.anchorSite));
   if (compact.sites().blocks().empty()) return;  // all points are too uncertain to say anything
   const auto prior = static_cast<float>(structure_.priorPrecision);
-  addSites(compact.sites(), frame, {0.0f, keepsPrecision() ? prior : 0.0f});
+  Growth growth(lattice_, compact.sites().blocks().size());
+  addSites(compact.sites(), frame, {0.0f, keepsPrecision() ? prior : 0.0f}, growth);
   addReachedSites(frame);
   compact.build(set, workers);
   readPrior(frame);
   const LogisticProblem problem{compact.rows(), set.labels, set.weights, work_->mean, work_->precision};
   work_->weights = work_->mean;
-  solve(problem, inference, workers, work_->weights);
+  const uint64_t steps = solve(problem, inference, workers, work_->weights);
   if (keepsPrecision()) work_->solver.finalCurvature(problem, work_->curvature, workers);
+  // Nothing fails from here on.
   keepPosterior(frame);
+  sgdSteps_ = steps;
+  growth.keep();
 }
 
 /// The scan also speaks of features that are there already and that its points reach.

@@ -13,6 +13,11 @@ namespace
 constexpr int kEdge = kScanBlockEdge;
 constexpr uint8_t kMostVotes = 255;
 
+CellIndex plus(const CellIndex& a, const CellIndex& b)
+{
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+
 void raiseTo(uint8_t votes, ReachedLogodds& said)
 {
   if (votes > 0 && said.reached) said.logodds = std::max(said.logodds, votes > 1 ? 1.0f : 0.0f);
@@ -20,26 +25,28 @@ void raiseTo(uint8_t votes, ReachedLogodds& said)
 
 }  // namespace
 
-void HitCells::add(const TrainingSet& scan, const CellIndex& anchor)
+void HitCells::makeRoomFor(const TrainingSet& scan, const CellIndex& anchor)
 {
-  takeVotes(scan, anchor);
   scan.forEachCell(&BlockMasks::ended,
-                   [&](const CellIndex& local) {
-                     addVote({anchor.x + local.x, anchor.y + local.y, anchor.z + local.z});
+                   [&](const CellIndex& local)
+                   {
+                     const CellIndex cell = plus(anchor, local);
+                     SiteSet::Bits bits{};
+                     const uint32_t offset = SiteSet::offsetOf(cell);
+                     bits[offset / 64] = uint64_t{1} << (offset % 64);
+                     votes_.addSites(SiteSet::blockOf(cell), bits, 0);
                    });
 }
 
-void HitCells::addVote(const CellIndex& cell)
+void HitCells::count(const TrainingSet& scan, const CellIndex& anchor)
 {
-  if (uint8_t* votes = votes_.find(cell))
-  {
-    if (*votes < kMostVotes) ++*votes;
-    return;
-  }
-  SiteSet::Bits bits{};
-  const uint32_t offset = SiteSet::offsetOf(cell);
-  bits[offset / 64] = uint64_t{1} << (offset % 64);
-  votes_.addSites(SiteSet::blockOf(cell), bits, 1);
+  takeVotes(scan, anchor);
+  scan.forEachCell(&BlockMasks::ended,
+                   [&](const CellIndex& local)
+                   {
+                     uint8_t& votes = *votes_.find(plus(anchor, local));
+                     if (votes < kMostVotes) ++votes;
+                   });
 }
 
 /// The block and its neighbours towards higher indices, x first; null where there is none.

@@ -25,8 +25,10 @@ namespace lamap
 class HitCells
 {
  public:
-  /// Counts the votes of a scan. @param anchor cell of its frame
-  void add(const TrainingSet& scan, const CellIndex& anchor);
+  /// Makes room for the votes of a scan, which changes nothing that is said. @param anchor cell of its frame
+  void makeRoomFor(const TrainingSet& scan, const CellIndex& anchor);
+  /// Counts the votes of a scan that there is room for. Cannot fail.
+  void count(const TrainingSet& scan, const CellIndex& anchor);
 
   /// Raises what the weights say of a cell, if they say anything.
   void raise(const CellIndex& cell, ReachedLogodds& said) const;
@@ -44,11 +46,10 @@ class HitCells
   using Block = HilbertLattice<uint8_t>::Block;
   using Around = std::array<Block*, 8>;
 
-  void addVote(const CellIndex& cell);
   [[nodiscard]] Around blocksAround(const BlockIndex& low);
   void takeVotes(const TrainingSet& scan, const CellIndex& anchor);
 
-  HilbertLattice<uint8_t> votes_;  ///< a cell a site
+  HilbertLattice<uint8_t> votes_;  ///< a cell a site; 0: as if it were none
 };
 
 }  // namespace lamap

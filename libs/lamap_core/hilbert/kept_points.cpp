@@ -8,26 +8,48 @@
 
 namespace lamap
 {
-void KeptPoints::add(const HilbertTrainingSet& set, const HilbertFrame& frame, bool atCentres)
+namespace
+{
+CellIndex cellAround(const Eigen::Vector3d& point, const HilbertFrame& frame)
 {
   const CellIndex& anchor = frame.cells.anchor();
+  const Eigen::Vector3d local = (point - frame.cellOrigin_m) / frame.cells.resolution_m();
+  return {anchor.x + static_cast<int32_t>(std::floor(local.x())),
+          anchor.y + static_cast<int32_t>(std::floor(local.y())),
+          frame.cells.planar() ? anchor.z : anchor.z + static_cast<int32_t>(std::floor(local.z()))};
+}
+}  // namespace
+
+void KeptPoints::add(const HilbertTrainingSet& set, const HilbertFrame& frame, bool atCentres)
+{
+  if (atCentres)
+    addCells(set, frame);
+  else
+    addPoints(set, frame);
+}
+
+void KeptPoints::addCells(const HilbertTrainingSet& set, const HilbertFrame& frame)
+{
+  std::vector<CellIndex> cells;
+  cells.reserve(set.size());
+  for (const Eigen::Vector3d& point : set.points) cells.push_back(cellAround(point, frame));
+  for (const CellIndex& cell : cells) cells_.try_emplace(cell);
+  // Nothing fails from here on.
   for (size_t i = 0; i < set.size(); ++i)
   {
-    if (!atCentres)
-    {
-      points_.push_back({set.points[i] + cornerOf(frame.anchorSite, frame.spacing_m), set.labels[i],
-                         set.weights[i],
-                         set.covariances.empty() ? Eigen::Matrix3d::Zero() : set.covariances[i]});
-      continue;
-    }
-    const Eigen::Vector3d local = (set.points[i] - frame.cellOrigin_m) / frame.cells.resolution_m();
-    const CellIndex cell{
-        anchor.x + static_cast<int32_t>(std::floor(local.x())),
-        anchor.y + static_cast<int32_t>(std::floor(local.y())),
-        frame.cells.planar() ? anchor.z : anchor.z + static_cast<int32_t>(std::floor(local.z()))};
-    Weights& weights = cells_[cell];
+    Weights& weights = cells_.find(cells[i]).value();
     (set.labels[i] > 0.5f ? weights.hits : weights.frees) += set.weights[i];
   }
+}
+
+void KeptPoints::addPoints(const HilbertTrainingSet& set, const HilbertFrame& frame)
+{
+  std::vector<HilbertState::Point> added;
+  added.reserve(set.size());
+  for (size_t i = 0; i < set.size(); ++i)
+    added.push_back({set.points[i] + cornerOf(frame.anchorSite, frame.spacing_m), set.labels[i],
+                     set.weights[i], set.covariances.empty() ? Eigen::Matrix3d::Zero() : set.covariances[i]});
+  points_.insert(points_.end(), added.begin(), added.end());
 }
 
 size_t KeptPoints::size() const
@@ -47,7 +69,8 @@ std::vector<HilbertState::CellPoints> KeptPoints::sortedCells() const
 {
   std::vector<HilbertState::CellPoints> cells;
   cells.reserve(cells_.size());
-  for (const auto& [cell, weights] : cells_) cells.push_back({cell, weights.hits, weights.frees});
+  for (const auto& [cell, weights] : cells_)
+    if (weights.hits > 0 || weights.frees > 0) cells.push_back({cell, weights.hits, weights.frees});
   std::sort(cells.begin(), cells.end(),
             [](const auto& a, const auto& b) {
               return std::make_tuple(a.cell.z, a.cell.y, a.cell.x) <

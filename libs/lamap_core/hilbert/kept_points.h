@@ -18,7 +18,8 @@ namespace lamap
 class KeptPoints
 {
  public:
-  /// @param atCentres whether the points are the centres of cells. @param set in `frame`
+  /// If this fails, nothing is added. @param atCentres whether the points are the centres of cells. @param
+  /// set in `frame`
   void add(const HilbertTrainingSet& set, const HilbertFrame& frame, bool atCentres);
 
   [[nodiscard]] size_t size() const;
@@ -45,9 +46,11 @@ class KeptPoints
       return BlockIndexHash{}(BlockIndex{cell.x, cell.y, cell.z});
     }
   };
+  void addCells(const HilbertTrainingSet& set, const HilbertFrame& frame);
+  void addPoints(const HilbertTrainingSet& set, const HilbertFrame& frame);
   [[nodiscard]] std::vector<HilbertState::CellPoints> sortedCells() const;
 
-  tsl::robin_map<CellIndex, Weights, CellHash> cells_;
+  tsl::robin_map<CellIndex, Weights, CellHash> cells_;  ///< without weight: as if it were none
   std::vector<HilbertState::Point> points_;
 };
 

@@ -47,6 +47,17 @@ struct HilbertMap::Learned
   }
   Learned& operator=(const Learned&) = delete;
 
+  /// Batch: keeps a set for the next training; if that fails, nothing is changed.
+  void keep(const HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
+            unsigned threads)
+  {
+    const bool atCentres = inference.trainingPoints == HilbertPoints::Cells && set.covariances.empty();
+    kept.add(set, frame, atCentres);
+    lastInference = inference;
+    lastThreads = threads;
+    stale = true;
+  }
+
   std::unique_ptr<MapModel> model;
   HitCells hitCells;
   // Batch: what the next training is to learn, and how.
@@ -114,17 +125,13 @@ RayCounts HilbertMap::insert(const Scan& scan, const HilbertInference& inference
     set.blur(0, local, rays.firstCentre_map() - corner, structure_.planar);
   }
 
-  Learned& learned = *learned_;
-  if (inference.rules().protectHits > 0) learned.hitCells.add(taught, frame->cells.anchor());
-  if (structure_.training != HilbertTraining::Batch)
-  {
-    learned.model->learn(set, *frame, inference, Workers(threads));
-    return taught.counts;
-  }
-  learned.kept.add(set, *frame, inference.trainingPoints == HilbertPoints::Cells && set.covariances.empty());
-  learned.lastInference = inference;
-  learned.lastThreads = threads;
-  learned.stale = true;
+  const bool countsHits = inference.rules().protectHits > 0;
+  if (countsHits) learned_->hitCells.makeRoomFor(taught, frame->cells.anchor());
+  if (structure_.training == HilbertTraining::Batch)
+    learned_->keep(set, *frame, inference, threads);
+  else
+    learned_->model->learn(set, *frame, inference, Workers(threads));
+  if (countsHits) learned_->hitCells.count(taught, frame->cells.anchor());
   return taught.counts;
 }
 

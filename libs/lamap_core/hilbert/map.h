@@ -55,7 +55,7 @@ class HilbertMap
    * @param threads how many may work; 0: as many as the machine has. Never changes the result.
    * @return what became of its rays; nothing is changed if none was usable.
    * @throws std::invalid_argument as the options' validate(); std::length_error if the scan reaches too many
-   *  cells. */
+   *  cells. Whatever is thrown, the map is as it was. */
   RayCounts insert(const Scan& scan, const HilbertInference& inference,
                    const HilbertUncertainty* uncertainty = nullptr, unsigned threads = 0);
 

@@ -13,20 +13,21 @@ std::unique_ptr<MapModel> MapModel::make(const HilbertStructure& structure)
   return std::make_unique<NystroemMapModel>(structure);
 }
 
-void MapModel::addSites(const SiteSet& sites, const HilbertFrame& frame, const SitePosterior& weight)
+void MapModel::addSites(const SiteSet& sites, const HilbertFrame& frame, const SitePosterior& weight,
+                        Growth& growth)
 {
   for (size_t i = 0; i < sites.blocks().size(); ++i)
-    lattice_.addSites(plusAnchor(sites.blocks()[i], frame.anchorSite), sites.bits(i), weight);
+    growth.addSites(plusAnchor(sites.blocks()[i], frame.anchorSite), sites.bits(i), weight);
 }
 
-void MapModel::solve(const LogisticProblem& problem, const HilbertInference& inference,
-                     const Workers& workers, std::vector<float>& weights)
+uint64_t MapModel::solve(const LogisticProblem& problem, const HilbertInference& inference,
+                         const Workers& workers, std::vector<float>& weights)
 {
   const HilbertTraining training = structure_.training;
   const SolverSettings settings{inference.solverFor(training),
                                 static_cast<int>(inference.iterationsFor(training)), inference,
                                 structure_.seed};
-  sgdSteps_ = work_->solver.solve(problem, settings, sgdSteps_, weights, workers);
+  return work_->solver.solve(problem, settings, sgdSteps_, weights, workers);
 }
 
 void MapModel::save(HilbertState& state) const

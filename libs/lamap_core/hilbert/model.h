@@ -35,7 +35,8 @@ class MapModel
 
   /** Learns a set on top of what is known.
    * @param set in `frame`; may be changed
-   * @throws std::length_error if features would not fit into memory; nothing is learned then */
+   * @throws std::length_error if features would not fit into memory. Whatever is thrown, nothing is learned.
+   */
   virtual void learn(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
                      const Workers& workers) = 0;
 
@@ -70,11 +71,13 @@ class MapModel
   }
   MapModel& operator=(const MapModel&) = delete;
 
+  using Growth = LatticeGrowth<SitePosterior>;
   /// Adds the sites of a set to the lattice, those that are not there yet with this weight.
-  void addSites(const SiteSet& sites, const HilbertFrame& frame, const SitePosterior& weight);
-  /// Finds the best weights, from `weights` on.
-  void solve(const LogisticProblem& problem, const HilbertInference& inference, const Workers& workers,
-             std::vector<float>& weights);
+  static void addSites(const SiteSet& sites, const HilbertFrame& frame, const SitePosterior& weight,
+                       Growth& growth);
+  /// Finds the best weights, from `weights` on. @return what sgdSteps_ then is
+  [[nodiscard]] uint64_t solve(const LogisticProblem& problem, const HilbertInference& inference,
+                               const Workers& workers, std::vector<float>& weights);
 
   HilbertStructure structure_;
   CompactKernel kernel_;

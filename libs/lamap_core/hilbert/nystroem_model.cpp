@@ -24,20 +24,29 @@ void NystroemMapModel::learn(HilbertTrainingSet& set, const HilbertFrame& frame,
                             " training points have more features than fit into memory");
   work_->compact.findSites(set, kernel_, structure_.latticeSpacing, structure_.planar,
                            shiftOf(frame.anchorSite));
-  addSites(work_->compact.sites(), frame, {});
+  Growth growth(lattice_, work_->compact.sites().blocks().size());
+  addSites(work_->compact.sites(), frame, {}, growth);
   for (Eigen::Vector3d& point : set.points) point += cornerOf(frame.anchorSite, frame.spacing_m);
+  std::optional<NystroemFeatures> first;
   if (features_.components() == 0)
-  {
-    features_ = NystroemFeatures(set.points, structure_.components, kernel_.gamma(), structure_.seed);
-    classifier_.assign(features_.weightCount(), 0.0f);
-  }
+    first.emplace(set.points, structure_.components, kernel_.gamma(), structure_.seed);
+  const NystroemFeatures& features = first ? *first : features_;
   FeatureRows rows;
-  features_.rowsOf(set, rows, workers);
+  features.rowsOf(set, rows, workers);
   work_->mean.assign(rows.weights(), 0.0f);
   work_->precision.assign(rows.weights(), 0.0f);
   for (const uint32_t j : rows.used()) work_->precision[j] = static_cast<float>(structure_.priorPrecision);
-  solve({rows, set.labels, set.weights, work_->mean, work_->precision}, inference, workers, classifier_);
-  folded_ = features_.fold(classifier_);
+  std::vector<float> classifier = classifier_;
+  classifier.resize(features.weightCount(), 0.0f);
+  const uint64_t steps =
+      solve({rows, set.labels, set.weights, work_->mean, work_->precision}, inference, workers, classifier);
+  NystroemFeatures::Folded folded = features.fold(classifier);
+  // Nothing fails from here on.
+  if (first) features_ = *std::move(first);
+  classifier_ = std::move(classifier);
+  folded_ = std::move(folded);
+  sgdSteps_ = steps;
+  growth.keep();
 }
 
 bool NystroemMapModel::reaches(const CellIndex& site) const

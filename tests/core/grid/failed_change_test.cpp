@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 #include <lamap_core/bgk/map.h>
 #include <lamap_core/gp/map.h>
+#include <lamap_core/hilbert/map.h>
 #include <lamap_core/overlapping/map.h>
+#include <support/hilbert_states.h>
 #include <support/posed_scans.h>
 #include <support/seeded_scans.h>
 
@@ -44,6 +46,10 @@ bool isSame(const BgkMap& a, const BgkMap& b)
 bool isSame(const GpMap& a, const GpMap& b)
 {
   return a.evidence() == b.evidence();
+}
+bool isSame(const HilbertMap& a, const HilbertMap& b)
+{
+  return differenceOf(a.state(), b.state()).empty();
 }
 bool isSame(const OverlappingHilbertMap& a, const OverlappingHilbertMap& b)
 {
@@ -135,6 +141,31 @@ TEST(FailedChange, LeavesAGpMapAsItWas)
   expectScansAndMergesAreAllOrNothing<GpMap>(GpStructure{}, nested);
   GpMap map;
   expectAllOrNothing<GpMap>(map, [](GpMap& changed) { changed.addObservation({1, 2, 3}, true, {}); });
+}
+
+TEST(FailedChange, LeavesAHilbertMapAsItWas)
+{
+  Random random(3);
+  const Scan first = roomScan(random, RoomRecipe{}), second = roomScan(random, RoomRecipe{});
+  HilbertInference inference;
+  inference.epochs = 1;
+  inference.iterations = 1;
+  const auto insert = [&](const Scan& scan)
+  { return [&](HilbertMap& map) { (void)map.insert(scan, inference, nullptr, 1); }; };
+  constexpr int64_t kStride = 5;
+  for (HilbertStructure structure : allHilbertStructures())
+    for (const HilbertPoints points : {HilbertPoints::Cells, HilbertPoints::Points})
+    {
+      SCOPED_TRACE(nameOf(structure) + (points == HilbertPoints::Cells ? ", cells" : ", points"));
+      structure.resolution = 0.2;
+      structure.latticeSpacing = 0.4;
+      structure.gamma = 5.0;
+      inference.trainingPoints = points;
+      HilbertMap map(structure);
+      expectAllOrNothing<HilbertMap>(map, insert(first), kStride);
+      insert(first)(map);
+      expectAllOrNothing<HilbertMap>(map, insert(second), kStride);
+    }
 }
 
 TEST(FailedChange, LeavesAnOverlappingHilbertMapAsItWas)
