@@ -39,19 +39,23 @@ std::pair<int, int> binOf(const Eigen::Vector3d& d, double bin_deg, bool planar,
   const int column = binAlong(std::atan2(d.y(), d.x()) + kPi);
   return {planar ? 0 : binAlong(std::atan2(d.z(), std::hypot(d.x(), d.y())) + kPi / 2), column};
 }
-/// Of the row, the one below and the one above; at the edge of the field as it goes on.
-double shortestAround(const std::map<int, double>& ofRow)
+/// Of the row, the one below and the one above; beyond the edge of the field a floor or a ceiling goes on.
+/// @param ofRow by row relative to that of the place. @param row that one. @param bin_deg height of a row
+double shortestAround(const std::map<int, Eigen::Vector3d>& ofRow, int row, double bin_deg)
 {
   const auto own = ofRow.find(0);
   if (own == ofRow.end()) return 0;
-  const auto below = ofRow.find(-1);
-  const auto above = ofRow.find(1);
-  double shortest = own->second;
-  for (const auto& other : {below, above})
-    if (other != ofRow.end()) shortest = std::min(shortest, other->second);
-  if ((below == ofRow.end()) == (above == ofRow.end())) return shortest;
-  const double other = below != ofRow.end() ? below->second : above->second;
-  return std::min(shortest, std::max(0.0, 2 * own->second - other));
+  double shortest = own->second.norm();
+  for (const int side : {-1, 1})
+  {
+    const double height = own->second.z();
+    const double farSide_rad = ((row + (side > 0 ? 1 : 0)) * bin_deg - 90) * kPi / 180;
+    if (const auto other = ofRow.find(side); other != ofRow.end())
+      shortest = std::min(shortest, other->second.norm());
+    else if (height * side > 0)
+      shortest = std::min(shortest, height / std::sin(farSide_rad));
+  }
+  return shortest;
 }
 
 /// Of the part itself, else of the next ones to its left and right, up to ten away.
@@ -169,7 +173,7 @@ OverlappingOracle::Seen OverlappingOracle::lookAt(const Model& model, const Eige
     const auto bin = binOf(d, inference_.fieldAngle, structure_.planar, doubtful);
     // All fans from the same place see together.
     double depth = 0;
-    std::map<int, double> shortestOfRow;   // relative to the bin's row, in its column
+    std::map<int, Eigen::Vector3d> shortestOfRow;  // relative to the bin's row, in its column
     std::map<int, double> shortestOfPart;  // planar: relative to the place's fifth of a bin, round both ways
     const double part_deg = inference_.fieldAngle / 5;
     bool onEdgeOfPart = false;
@@ -198,7 +202,11 @@ OverlappingOracle::Seen OverlappingOracle::lookAt(const Model& model, const Eige
           if (!isNew) held->second = std::min(held->second, ray.norm());
         };
         if (rayBin == bin) depth = std::max(depth, ray.norm());
-        if (rayBin.second == bin.second) keep(shortestOfRow, rayBin.first - bin.first);
+        if (rayBin.second == bin.second)
+        {
+          Eigen::Vector3d& held = shortestOfRow.emplace(rayBin.first - bin.first, ray).first->second;
+          if (ray.norm() < held.norm()) held = ray;
+        }
         for (const int turn : {-parts, 0, parts}) keep(shortestOfPart, rayPart.second - part.second + turn);
       }
     }
@@ -211,12 +219,13 @@ OverlappingOracle::Seen OverlappingOracle::lookAt(const Model& model, const Eige
     };
     for (const int doubt : doubtfulParts)
       if (doubt >= next(-1) && doubt <= next(1)) doubtful = true;
-    const double shortest =
-        structure_.planar ? shortestBeside(shortestOfPart) : shortestAround(shortestOfRow);
+    const double shortest = structure_.planar
+                                ? shortestBeside(shortestOfPart)
+                                : shortestAround(shortestOfRow, bin.first, inference_.fieldAngle);
     if (depth > 0 && within(depth + inference_.fieldDepth)) any.inField = true;
     // A share of the depth, in 1/255.
     const double share = depth > 0 ? std::min(shortest / depth * 255 + 1e-3, 255.0) : 0;
-    if (depth > 0 && share < 255 && std::abs(share - std::round(share)) < 3e-4) doubtful = true;
+    if (depth > 0 && share < 255 && std::abs(share - std::round(share)) < 2e-3) doubtful = true;
     if (depth > 0 && within(depth * std::floor(share) / 255)) any.open = true;
   }
   return any;

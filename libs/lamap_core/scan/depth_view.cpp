@@ -48,7 +48,7 @@ DepthView::DepthView(const Eigen::Vector3d& sensor, double rangeMax_m, const Fie
   image_.rows = allRows_;
   image_.columns = allColumns_;
   image_.depths_m.assign(size_t{allRows_} * allColumns_, 0.0f);
-  shortest_m_.assign(image_.depths_m.size() * image_.partsOfBin(), 0.0f);
+  shortest_.assign(image_.depths_m.size() * image_.partsOfBin(), {});
 }
 
 void DepthView::countBins()
@@ -83,14 +83,18 @@ void DepthView::addRay(const Eigen::Vector3d& fromSensor)
   const size_t bin = size_t{rowOf(bins.rows[0])} * allColumns_ + column;
   const auto length = static_cast<float>(std::sqrt(ray.squaredNorm()));
   image_.depths_m[bin] = std::max(image_.depths_m[bin], length);
-  float& shortest = shortest_m_[bin * image_.partsOfBin() + partOf(bins.columns[0], column)];
-  shortest = shortest > 0 ? std::min(shortest, length) : length;
+  Shortest& shortest = shortest_[bin * image_.partsOfBin() + partOf(bins.columns[0], column)];
+  const Shortest own{length, bins.rows[0], static_cast<float>(ray.z()) / length};
+  const bool isShorter = std::tie(own.length_m, own.row) < std::tie(shortest.length_m, shortest.row);
+  if (!(shortest.length_m > 0) || isShorter) shortest = own;
 }
 
-/// 0 where there is no ray. @param part of all parts of the row's bins
-float DepthView::shortestOf(uint32_t row, uint32_t part) const
+/// @param row there may be none of this number. @param part of all parts of the row's bins
+const DepthView::Shortest& DepthView::shortestOf(int64_t row, uint32_t part) const
 {
-  return shortest_m_[(size_t{row} * allColumns_) * image_.partsOfBin() + part];
+  static const Shortest kNone;
+  if (row < 0 || row >= int64_t{allRows_}) return kNone;
+  return shortest_[static_cast<size_t>(row) * allColumns_ * image_.partsOfBin() + part];
 }
 
 /// Of the only row, before the image is cropped: the shorter of the next rays to the left and to the right of
@@ -102,32 +106,49 @@ float DepthView::shortestBeside(uint32_t part) const
   float right = 0;
   for (uint32_t step = 1; step <= std::min(2 * image_.partsOfBin(), count - 1); ++step)
   {
-    if (!(left > 0)) left = shortestOf(0, (part + count - step) % count);
-    if (!(right > 0)) right = shortestOf(0, (part + step) % count);
+    if (!(left > 0)) left = shortestOf(0, (part + count - step) % count).length_m;
+    if (!(right > 0)) right = shortestOf(0, (part + step) % count).length_m;
   }
   return left > 0 && right > 0 ? std::min(left, right) : std::max(left, right);
 }
 
 /// Of the bin, the one above and the one below, before the image is cropped.
-float DepthView::shortestAround(uint32_t row, uint32_t column) const
+float DepthView::shortestAround(int64_t row, uint32_t column) const
 {
-  const float own = shortestOf(row, column);
-  const float below = row > 0 ? shortestOf(row - 1, column) : 0.0f;
-  const float above = row + 1 < allRows_ ? shortestOf(row + 1, column) : 0.0f;
-  // A floor goes on below the lowest ring that meets it, a ceiling above the highest one.
-  const float beyond = own - (below > 0 ? below - own : above - own);
-  const bool isEdge = (below > 0) != (above > 0);
-  float shortest = own;
-  if (below > 0) shortest = std::min(shortest, below);
-  if (above > 0) shortest = std::min(shortest, above);
-  if (isEdge) shortest = std::min(shortest, std::max(beyond, 0.0f));
+  float shortest = shortestOf(row, column).length_m;
+  for (const int side : {-1, 1})
+  {
+    const float beside = shortestOf(row + side, column).length_m;
+    if (beside > 0) shortest = std::min(shortest, beside);
+    // A floor goes on below the lowest ring that meets it, a ceiling above the highest one.
+    shortest = std::min(shortest, lengthBeyond(row, column, side));
+  }
   return shortest;
+}
+
+/** At the edge of the field: how long rays would be at the far side of the bin if the shortest one met a
+ * level floor or ceiling; else infinite. @param outwards −1: downwards, 1: upwards */
+float DepthView::lengthBeyond(int64_t row, uint32_t column, int outwards) const
+{
+  constexpr float kUnlimited = std::numeric_limits<float>::infinity();
+  const Shortest& edge = shortestOf(row, column);
+  const float sine = edge.sine * static_cast<float>(outwards);
+  const bool isEdge = !(shortestOf(row + outwards, column).length_m > 0);
+  if (!isEdge || !(sine > 0)) return kUnlimited;
+  const auto farSide = static_cast<float>(outwards < 0 ? row : row + 1);
+  const auto bin_rad = static_cast<float>(image_.rules.angle_deg * kPi / 180);
+  const float turn = std::abs(farSide - edge.row) * bin_rad;
+  const float cosine = std::sqrt(std::max(0.0f, 1 - sine * sine));
+  const float squared = turn * turn;
+  const float sineOfTurn = turn * (1 - squared / 6 * (1 - squared / 20));
+  const float cosineOfTurn = 1 - squared / 2 * (1 - squared / 12);
+  return edge.length_m * sine / (sine * cosineOfTurn + cosine * sineOfTurn);
 }
 
 float DepthView::openTo(uint32_t row, uint32_t part) const
 {
   if (!image_.planar) return shortestAround(row, part);
-  const float own = shortestOf(row, part);
+  const float own = shortestOf(row, part).length_m;
   return own > 0 ? own : shortestBeside(part);
 }
 
@@ -167,7 +188,7 @@ void DepthView::finish()
       cut.openShares.push_back(depth > 0 ? shareOf(openTo(cut.firstRow + row, inRow), depth) : uint8_t{0});
     }
   }
-  shortest_m_ = {};
+  shortest_ = {};
   image_ = std::move(cut);
 }
 

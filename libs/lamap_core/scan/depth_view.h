@@ -21,11 +21,12 @@ struct FieldRules
  *
  * A point is in the field if it is within the maximum range, and either within `near_m` of the sensor or not
  * farther from it than the longest ray of its bin plus `depth_m`. It is open if it is within `near_m`, or not
- * farther than the shortest ray of its bin and of the bins above and below, the next rings of a lidar; where
- * one of these two has no rays, at the edge of the field, lengths go on as they do towards the other. In a
- * planar map all elevations are 0, and a place is open as far as the shortest ray of its fifth of a bin or,
- * if that has none, of the next fifths to its left and right that have. The same on every processor.
- * Immutable once filled: may be shared between threads. */
+ * farther than the shortest ray of its bin and of the bins above and below, the next rings of a lidar. At the
+ * edge of the field, where one of these two has no rays, what its shortest ray met is taken to go on level,
+ * as a floor or a ceiling does, to the far side of the bin. In a planar map all elevations are 0, and a place
+ * is open as far as the shortest ray of its fifth of a bin or, if that has none, of the next fifths to its
+ * left and right that have. The same on every processor. Immutable once filled: may be shared between
+ * threads. */
 class DepthView
 {
  public:
@@ -91,9 +92,17 @@ class DepthView
     Four columns;
   };
   void countBins();
-  [[nodiscard]] float shortestOf(uint32_t row, uint32_t part) const;
+  /// The shortest ray of a part of a bin.
+  struct Shortest
+  {
+    float length_m = 0;  ///< 0: there is no ray
+    float row = 0;       ///< its elevation, not rounded
+    float sine = 0;      ///< of its elevation
+  };
+  [[nodiscard]] const Shortest& shortestOf(int64_t row, uint32_t part) const;
   [[nodiscard]] float shortestBeside(uint32_t part) const;
-  [[nodiscard]] float shortestAround(uint32_t row, uint32_t column) const;
+  [[nodiscard]] float shortestAround(int64_t row, uint32_t column) const;
+  [[nodiscard]] float lengthBeyond(int64_t row, uint32_t column, int outwards) const;
   [[nodiscard]] float openTo(uint32_t row, uint32_t part) const;
   [[nodiscard]] Bins binsOf(const Four& x, const Four& y, const Four& z) const;
   [[nodiscard]] uint32_t rowOf(float bin) const { return std::min(allRows_ - 1, static_cast<uint32_t>(bin)); }
@@ -110,7 +119,7 @@ class DepthView
   }
 
   Image image_;
-  std::vector<float> shortest_m_;  ///< of each part of a bin, until finish()
+  std::vector<Shortest> shortest_;  ///< of each part of a bin, until finish()
   uint32_t allRows_ = 0;
   uint32_t allColumns_ = 0;
 };

@@ -71,8 +71,9 @@ TEST(DepthView, IsOpenAsFarAsTheShortestRayOfABinAndOfThoseAboveAndBelow)
   };
   EXPECT_TRUE(isOpen(31, 11, 2.99));
   EXPECT_FALSE(isOpen(31, 11, 3.01));
-  EXPECT_TRUE(isOpen(33.5, 11, 1.99));
-  EXPECT_FALSE(isOpen(33.5, 11, 2.01));
+  // At the upper edge of the field, a ceiling: 2·sin 11°/sin 12.5°.
+  EXPECT_TRUE(isOpen(33.5, 11, 1.75));
+  EXPECT_FALSE(isOpen(33.5, 11, 1.77));
   EXPECT_TRUE(isOpen(-90, 40, 0.29));  // near the sensor
   EXPECT_FALSE(isOpen(-90, 40, 0.31));
 }
@@ -100,15 +101,18 @@ TEST(DepthView, IsOpenBelowTheLowestRingOnlyAsFarAsTheFloorGoesOn)
   view.addRay(towards(31, -14, 4.0));
   view.addRay(towards(31, -11.5, 5.0));
   view.addRay(towards(61, -14, 4.0));
-  view.addRay(towards(61, -11.5, 3.0));  // what comes nearer above does not tell of the floor
-  view.addRay(towards(91, -14, 4.0));
+  view.addRay(towards(61, -11.5, 3.0));     // what comes nearer above does not tell of the floor
+  view.addRay(towards(91, -15.0001, 4.0));  // the bin goes on to -17.5 degrees
+  view.addRay(towards(91, -13, 4.1));       // a wall, which does not tell of the floor either
   view.finish();
-  EXPECT_TRUE(isOpenAt(view, towards(31, -14, 2.98)));
-  EXPECT_FALSE(isOpenAt(view, towards(31, -14, 3.02)));
+  EXPECT_TRUE(isOpenAt(view, towards(31, -14, 3.72)));  // 4·sin 14°/sin 15°
+  EXPECT_FALSE(isOpenAt(view, towards(31, -14, 3.75)));
   EXPECT_TRUE(isOpenAt(view, towards(61, -14, 2.98)));
   EXPECT_FALSE(isOpenAt(view, towards(61, -14, 3.02)));
-  EXPECT_TRUE(isOpenAt(view, towards(91, -14, 3.99)));
-  EXPECT_FALSE(isOpenAt(view, towards(91, -14, 4.01)));
+  EXPECT_TRUE(isOpenAt(view, towards(91, -17, 3.42)));  // 4·sin 15°/sin 17.5°
+  EXPECT_FALSE(isOpenAt(view, towards(91, -17, 3.45)));
+  EXPECT_TRUE(isOpenAt(view, towards(91, -14, 3.98)));
+  EXPECT_FALSE(isOpenAt(view, towards(91, -14, 4.02)));
 }
 
 TEST(DepthView, IsOpenInAPlanarMapAsFarAsTheRaysNextToAPlace)
