@@ -307,6 +307,42 @@ TYPED_TEST(OptionRanges, NamesOfChoicesAreAllDocumentedAndAccepted)
       });
 }
 
+// Whatever number a caller casts into an enumeration.
+TYPED_TEST(OptionRanges, WhatIsNoEnumeratorIsRefusedByName)
+{
+  const TypeParam map;
+  size_t choices = 0;
+  map.visitOptionGroups(
+      [&](const TOptionGroup& group, TOptionGroup&)
+      {
+        for (const Option& option : group.optionTable().options())
+        {
+          if (option.type != OptionType::Choice) continue;
+          ++choices;
+          for (const size_t number : {option.names.size(), std::numeric_limits<size_t>::max()})
+          {
+            SCOPED_TRACE(group.optionTable().name() + "." + option.key);
+            Asked<TypeParam> asked({});
+            TOptionGroup& changed = asked.group(group.optionTable().name());
+            option.set(changed, lamap::OptionChoice{number});
+            EXPECT_FALSE(asked.byValidate());
+            EXPECT_FALSE(asked.byFile(group.optionTable().name()));
+            try
+            {
+              changed.validate();
+              ADD_FAILURE() << "number " << number << " is taken";
+            }
+            catch (const std::invalid_argument& error)
+            {
+              EXPECT_EQ(error.what(), option.key + " is not an enumerator: must be " + option.legalText());
+            }
+            EXPECT_EQ(option.textOf(changed), "?");
+          }
+        }
+      });
+  EXPECT_GE(choices, 4U);
+}
+
 /// Another thing than the map's default is refused with the name, the value and what is legal.
 TEST(OptionRanges, ARefusalNamesTheOptionItsValueAndTheRange)
 {

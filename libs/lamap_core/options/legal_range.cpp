@@ -27,15 +27,6 @@ std::string formatted(double value, std::chars_format format, int precision)
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value, format, precision);
   return {text.data(), end.ptr};
 }
-
-/// "1 cell", "64 cells", "1/1000 cell".
-std::string cellsText(double cells)
-{
-  const double inverse = std::round(1 / cells);
-  if (cells > 0 && cells < 1 && std::abs(inverse * cells - 1) < 1e-9)
-    return "1/" + shortText(inverse) + " cell";
-  return shortText(cells) + (cells == 1 ? " cell" : " cells");
-}
 }  // namespace
 
 void requireLegal(bool condition, const char* name, double value, const std::string& legal)
@@ -59,6 +50,14 @@ std::string roundedText(double value, int digits)
 std::string fixedText(double value, int decimals)
 {
   return formatted(value, std::chars_format::fixed, decimals);
+}
+
+std::string cellsText(double cells)
+{
+  const double inverse = std::round(1 / cells);
+  if (cells > 0 && cells < 1 && std::abs(inverse * cells - 1) < 1e-9)
+    return "1/" + shortText(inverse) + " cell";
+  return shortText(cells) + (cells == 1 ? " cell" : " cells");
 }
 
 bool LegalRange::holds(double number, std::optional<double> resolution_m) const

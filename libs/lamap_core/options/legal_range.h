@@ -16,6 +16,8 @@ void requireLegal(bool condition, const char* name, double value, const std::str
 [[nodiscard]] std::string roundedText(double value, int digits = 6);
 /// As printf's "%.<decimals>f".
 [[nodiscard]] std::string fixedText(double value, int decimals);
+/// "1 cell", "64 cells", "1/1000 cell".
+[[nodiscard]] std::string cellsText(double cells);
 
 /** The numbers that an option may have. Ends given in cells hold where the resolution is known; 0 may be
  * legal beside them all. */

@@ -37,7 +37,7 @@ void append(std::string& text, const std::string& more)
 OptionTraits& OptionTraits::usuallyCells(double cells)
 {
   emptyCells = cells;
-  return usually(shortText(cells) + (cells == 1 ? " cell" : " cells"));
+  return usually(cellsText(cells));
 }
 
 std::string Option::textOf(ConstAnyOptions options) const
@@ -45,7 +45,8 @@ std::string Option::textOf(ConstAnyOptions options) const
   const OptionContent content = get(options);
   if (const auto* text = std::get_if<std::string>(&content)) return *text;
   if (const auto* flag = std::get_if<bool>(&content)) return *flag ? "true" : "false";
-  if (const auto* choice = std::get_if<OptionChoice>(&content)) return names.at(choice->number);
+  if (const auto* choice = std::get_if<OptionChoice>(&content))
+    return choice->number < names.size() ? names[choice->number] : "?";
   const auto number = numberIn(content);
   return number ? shortText(*number) : "";
 }

@@ -50,7 +50,7 @@ class ConstAnyOptions
   const void* address_;
 };
 
-/// Which of an option's names is chosen.
+/// Which of an option's names is chosen; beyond them all: what is no enumerator.
 struct OptionChoice
 {
   size_t number = 0;
@@ -137,7 +137,8 @@ struct Option : public OptionTraits
   /// Takes content of the option's type (or none, if it may be empty), legal or not.
   std::function<void(AnyOptions, const OptionContent&)> set;
 
-  /// Shortest text that parse() reads back as the same value; "" if it is left empty.
+  /// Shortest text that parse() reads back as the same value; "" if it is left empty, "?" for a choice that
+  /// is none of the names.
   [[nodiscard]] std::string textOf(ConstAnyOptions options) const;
   /** Sets the option from text as it stands in an .ini file, without comments. Ends of the range that depend
    * on other options are checked by OptionTable::validate().

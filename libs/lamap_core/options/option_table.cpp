@@ -11,6 +11,13 @@ namespace
 {
   throw std::invalid_argument(option.key + " = " + shortText(number) + ": must be " + legal);
 }
+
+/// A number that was cast into an enumeration need not be one of its enumerators.
+void requireNamed(const Option& option, OptionChoice choice)
+{
+  if (choice.number >= option.names.size())
+    throw std::invalid_argument(option.key + " is not an enumerator: must be " + option.legalText());
+}
 }  // namespace
 
 const Option* OptionTable::find(const std::string& key) const
@@ -35,7 +42,9 @@ void OptionTable::validate(ConstAnyOptions options, std::optional<double> resolu
 {
   for (const Option& option : options_)
   {
-    const std::optional<double> number = numberIn(option.get(options));
+    const OptionContent content = option.get(options);
+    if (const auto* choice = std::get_if<OptionChoice>(&content)) requireNamed(option, *choice);
+    const std::optional<double> number = numberIn(content);
     if (!number) continue;
     if (!option.range.holds(*number, resolution_m)) refuse(option, *number, option.legalText());
     if (option.floorKey.empty() || (option.range.orZero && *number == 0)) continue;

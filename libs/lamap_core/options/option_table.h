@@ -34,7 +34,8 @@ class OptionTable
 
   /** Checks every option, then what depends on several.
    * @param resolution_m nothing: ends of ranges that are given in cells are not checked
-   * @throws std::invalid_argument "<name> = <value>: must be <legal>" for the first that is illegal. */
+   * @throws std::invalid_argument "<name> = <value>: must be <legal>" for the first that is illegal. A choice
+   * that is none of the names has no value to be named. */
   void validate(ConstAnyOptions options, std::optional<double> resolution_m) const;
   /// The first option in which two structs differ; nullptr if there is none.
   [[nodiscard]] const Option* firstDifference(ConstAnyOptions a, ConstAnyOptions b) const;
@@ -176,7 +177,11 @@ struct OptionAccess<std::optional<T>>
   static OptionContent get(const std::optional<T>& member)
   {
     if constexpr (std::is_enum_v<T>)
-      return OptionChoice{member ? static_cast<size_t>(*member) + 1 : 0};
+    {
+      const size_t number = member ? static_cast<size_t>(*member) : 0;
+      // That of −1 does not become 0.
+      return OptionChoice{member && number + 1 != 0 ? number + 1 : number};
+    }
     else
       return member ? OptionContent(*member) : OptionContent();
   }

@@ -72,7 +72,11 @@ class LearnerMap : public CLearnedMap
     Preset preset{};
 
     [[nodiscard]] const OptionTable& optionTable() const override;
-    void validate() const override { Learner::Creation::validate(); }
+    void validate() const override
+    {
+      TOptionGroup::validate();
+      Learner::Creation::validate();
+    }
 
    protected:
     std::vector<std::string> foreignFlags() const override;

@@ -234,6 +234,7 @@ template <typename Learner>
 LearnerMap<Learner>::LearnerMap(const TCreationOptions& options)
     : creationOptions_(options), map_(Learner::make(options))
 {
+  options.validate();  // what is not the learner's: the preset
   insertionOptions = TInsertionOptions(Learner::resolved({}, options));
   static_cast<Structure&>(creationOptions_) = map_.structure();
   setLoggerName(Map::className);
