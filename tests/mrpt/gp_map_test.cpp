@@ -1,13 +1,12 @@
 // What a GP map gives as an MRPT map.
 #include <gtest/gtest.h>
-#include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/maps/CGPMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <limits>
-#include <memory>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include <support/golden_files.h>
 #include <support/made_maps.h>
@@ -19,138 +18,10 @@ using lamap::CGPMap;
 using namespace lamap::test;
 using mrpt::poses::CPose3D;
 
-/// Every option, none of them at its default.
-Settings allOtherOptions()
-{
-  return {{"creationOpts.preset", "la3dm"},
-          {"creationOpts.resolution", "0.125"},
-          {"creationOpts.blockDepth", "4"},
-          {"creationOpts.pruning", "state"},
-          {"creationOpts.planar", "true"},
-          {"creationOpts.planarHeight", "0.5"},
-          {"creationOpts.fusion", "bayes"},
-          {"creationOpts.signalVariance", "2"},
-          {"creationOpts.noiseVariance", "0.25"},
-          {"creationOpts.squashGain", "3"},
-          {"creationOpts.minVariance", "0.125"},
-          {"insertOpts.nested", "true"},
-          {"insertOpts.freeSpace", "none"},
-          {"insertOpts.freeResolution", "0.5"},
-          {"insertOpts.freeMargin", "0.25"},
-          {"insertOpts.freeDownsampling", "0.25"},
-          {"insertOpts.trainingPoints", "centroids"},
-          {"insertOpts.hitDownsampling", "0.25"},
-          {"insertOpts.protectHits", "5"},
-          {"insertOpts.kernelSupport", "0.5"},
-          {"insertOpts.lengthScale", "0.375"},
-          {"insertOpts.maxPoints", "100"},
-          {"insertOpts.minRange", "0.25"},
-          {"insertOpts.maxRange", "15"},
-          {"insertOpts.considerInvalidRangesAsFreeSpace", "false"},
-          {"insertOpts.rayDecimation", "2"},
-          {"insertOpts.beamWidth", "observation"},
-          {"insertOpts.usePoseCovariance", "true"},
-          {"insertOpts.freeThreshold", "0.25"},
-          {"insertOpts.occupiedThreshold", "0.75"},
-          {"insertOpts.varianceThreshold", "0.125"},
-          {"likelihoodOpts.decimation", "3"},
-          {"likelihoodOpts.outlierProb", "0.25"},
-          {"likelihoodOpts.endPointStd", "0.125"},
-          {"likelihoodOpts.unobservedProb", "0.5"},
-          {"likelihoodOpts.independence", "0.75"},
-          {"renderOpts.generateOccupiedVoxels", "false"},
-          {"renderOpts.visibleOccupiedVoxels", "false"},
-          {"renderOpts.generateFreeVoxels", "true"},
-          {"renderOpts.visibleFreeVoxels", "false"},
-          {"renderOpts.generateGridLines", "true"},
-          {"renderOpts.hideBuriedVoxels", "false"},
-          {"renderOpts.colourBy", "probability"},
-          {"renderOpts.freeOpacity", "0.25"}};
-}
-
 TEST(GpMrptMap, AliasAndClassNameMakeTheMap)
 {
   for (const char* name : {"gpMap", "lamap::CGPMap"})
     EXPECT_EQ(made<CGPMap>({{"creationOpts.resolution", "0.3"}}, name).resolution(), 0.3);
-}
-
-TEST(GpMrptMap, EveryOptionIsReadStoredCopiedAndWritten)
-{
-  const CGPMap map = made<CGPMap>(allOtherOptions());
-  const auto due = map.optionValues();
-  const auto usual = CGPMap().optionValues();
-  for (size_t i = 0; i < due.size(); ++i)
-    EXPECT_NE(due[i].text, usual[i].text) << due[i].section << "." << due[i].key << " is at its default";
-  const auto expectSame = [&](const lamap::CLearnedMap& other)
-  {
-    const auto values = other.optionValues();
-    ASSERT_EQ(values.size(), due.size());
-    for (size_t i = 0; i < due.size(); ++i) EXPECT_EQ(values[i].text, due[i].text) << due[i].key;
-  };
-  expectSame(CGPMap(map));
-  expectSame(*std::dynamic_pointer_cast<CGPMap>(objectFrom(bytesOf(map))));
-
-  const std::string prefix = "map_gpMap_00";
-  CGPMap::TMapDefinition definition;
-  definition.loadFromConfigFile(mrpt::config::CConfigFileMemory(iniOf("gpMap", allOtherOptions())), prefix);
-  mrpt::config::CConfigFileMemory written;
-  definition.saveToConfigFile(written, prefix);
-  CGPMap::TMapDefinition again;
-  again.loadFromConfigFile(mrpt::config::CConfigFileMemory(written.getContent()), prefix);
-  const std::unique_ptr<CGPMap> remade(CGPMap::CreateFromMapDefinition(again));
-  expectSame(*remade);
-}
-
-TEST(GpMrptMap, EveryOptionTakesEffect)
-{
-  // Each with what else it needs to have an effect.
-  const Settings centroids = {{"insertOpts.trainingPoints", "centroids"}};
-  const std::vector<std::tuple<std::string, std::string, Settings>> changes = {
-      {"creationOpts.resolution", "0.125", {}},
-      {"creationOpts.blockDepth", "2", {}},
-      {"creationOpts.pruning", "state", {}},
-      {"creationOpts.planar", "true", {}},
-      {"creationOpts.planarHeight", "0.5", {{"creationOpts.planar", "true"}}},
-      {"creationOpts.fusion", "bayes", {}},
-      {"creationOpts.signalVariance", "2", {}},
-      {"creationOpts.noiseVariance", "0.3", {}},
-      {"creationOpts.squashGain", "2", {}},
-      {"creationOpts.minVariance", "0.001", {}},
-      {"insertOpts.nested", "true", {}},
-      {"insertOpts.freeSpace", "none", {}},
-      {"insertOpts.freeResolution", "0.7", {}},
-      {"insertOpts.freeMargin", "0.5", {}},
-      {"insertOpts.freeDownsampling", "0.5", centroids},
-      {"insertOpts.trainingPoints", "centroids", {}},
-      {"insertOpts.hitDownsampling", "0.4", centroids},
-      {"insertOpts.protectHits", "1", {{"insertOpts.freeMargin", "0"}, {"insertOpts.freeResolution", "0.1"}}},
-      {"insertOpts.kernelSupport", "0.3", {}},
-      {"insertOpts.lengthScale", "0.2", {}},
-      {"insertOpts.maxPoints", "3", {}},
-      {"insertOpts.minRange", "1", {}},
-      {"insertOpts.maxRange", "1.5", {}},
-      {"insertOpts.considerInvalidRangesAsFreeSpace", "false", {}},
-      {"insertOpts.rayDecimation", "3", {}},
-      {"insertOpts.beamWidth", "spacing", {}},
-      {"insertOpts.usePoseCovariance", "true", {}},
-      {"insertOpts.freeThreshold", "0.01", {}},
-      {"insertOpts.occupiedThreshold", "0.99", {}},
-      {"insertOpts.varianceThreshold", "0.01", {}}};
-  const CGPMap untouched;
-  const size_t options = untouched.creationOptions().optionTable().options().size() +
-                         untouched.insertionOptions.optionTable().options().size();
-  EXPECT_EQ(changes.size() + 1, options) << "say here how a new option shows; all but the preset";
-  for (const auto& [name, text, others] : changes)
-  {
-    const CGPMap usual = taught<CGPMap>(others);
-    Settings settings = others;
-    settings.emplace_back(name, text);
-    const CGPMap changed = taught<CGPMap>(settings);
-    if (name == "creationOpts.pruning" || name == "creationOpts.fusion")
-      EXPECT_NE(factsOf(changed), factsOf(usual)) << name;
-    else
-      EXPECT_FALSE(cellsOf(changed) == cellsOf(usual)) << name << " = " << text << " changes nothing";
-  }
 }
 
 TEST(GpMrptMap, IllegalOptionsAreRefusedByName)

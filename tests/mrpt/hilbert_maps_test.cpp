@@ -1,20 +1,18 @@
 // What both kinds of Hilbert maps give as MRPT maps.
 #include <gtest/gtest.h>
-#include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/maps/CHilbertMap.h>
 #include <lamap_mrpt/maps/COverlappingHilbertMap.h>
 #include <lamap_mrpt/maps/uncertain_inputs.h>
 #include <lamap_mrpt/observations/pose_covariance.h>
-#include <mrpt/config/CConfigFileMemory.h>
-#include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
-#include <mrpt/maps/TMetricMapInitializer.h>
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 
-#include <algorithm>
-#include <fstream>
-#include <map>
-#include <tuple>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <support/golden_files.h>
 #include <support/made_maps.h>
@@ -26,83 +24,6 @@ using lamap::CHilbertMap;
 using lamap::COverlappingHilbertMap;
 using namespace lamap::test;
 using mrpt::poses::CPose3D;
-
-/// Every option, none of them at its default.
-template <typename Map>
-Settings allOtherOptions();
-
-Settings otherSharedOptions()
-{
-  return {{"creationOpts.preset", "thesis"},
-          {"creationOpts.resolution", "0.125"},
-          {"creationOpts.planar", "true"},
-          {"creationOpts.planarHeight", "0.5"},
-          {"creationOpts.features", "nystroem"},
-          {"creationOpts.gamma", "5"},
-          {"creationOpts.cutoff", "0.05"},
-          {"creationOpts.latticeSpacing", "0.5"},
-          {"creationOpts.components", "20"},
-          {"creationOpts.seed", "7"},
-          {"creationOpts.priorPrecision", "0.25"},
-          {"insertOpts.trainingPoints", "points"},
-          {"insertOpts.freeMargin", "0.25"},
-          {"insertOpts.freeResolution", "0.375"},
-          {"insertOpts.hitWeight", "3"},
-          {"insertOpts.freeWeight", "0.5"},
-          {"insertOpts.minRange", "0.25"},
-          {"insertOpts.maxRange", "15"},
-          {"insertOpts.considerInvalidRangesAsFreeSpace", "false"},
-          {"insertOpts.rayDecimation", "2"},
-          {"insertOpts.solver", "sgdL2"},
-          {"insertOpts.iterations", "12"},
-          {"insertOpts.alpha", "0.001"},
-          {"insertOpts.epochs", "3"},
-          {"insertOpts.beamWidth", "spacing"},
-          {"insertOpts.usePoseCovariance", "true"},
-          {"insertOpts.rangeStd", "0.125"},
-          {"insertOpts.pointStd", "0.0625"},
-          {"insertOpts.freeThreshold", "0.25"},
-          {"insertOpts.occupiedThreshold", "0.75"},
-          {"likelihoodOpts.decimation", "3"},
-          {"likelihoodOpts.outlierProb", "0.25"},
-          {"likelihoodOpts.endPointStd", "0.125"},
-          {"likelihoodOpts.unobservedProb", "0.5"},
-          {"likelihoodOpts.independence", "0.75"},
-          {"renderOpts.generateOccupiedVoxels", "false"},
-          {"renderOpts.visibleOccupiedVoxels", "false"},
-          {"renderOpts.generateFreeVoxels", "true"},
-          {"renderOpts.visibleFreeVoxels", "false"},
-          {"renderOpts.generateGridLines", "true"},
-          {"renderOpts.hideBuriedVoxels", "false"},
-          {"renderOpts.colourBy", "probability"},
-          {"renderOpts.freeOpacity", "0.25"}};
-}
-
-template <>
-Settings allOtherOptions<CHilbertMap>()
-{
-  Settings settings = otherSharedOptions();
-  settings.emplace_back("creationOpts.training", "sgd");
-  return settings;
-}
-
-template <>
-Settings allOtherOptions<COverlappingHilbertMap>()
-{
-  Settings settings = otherSharedOptions();
-  for (const auto& [name, text] : Settings{{"creationOpts.blockDepth", "3"},
-                                           {"creationOpts.pruning", "state"},
-                                           {"creationOpts.outOfFieldLimit", "0.5"},
-                                           {"creationOpts.keepModels", "false"},
-                                           {"insertOpts.scansPerModel", "2"},
-                                           {"insertOpts.boxQuantile", "0.125"},
-                                           {"insertOpts.fieldNear", "0.5"},
-                                           {"insertOpts.fieldDepth", "0.25"},
-                                           {"insertOpts.fieldAngle", "5"},
-                                           {"insertOpts.fieldWeight", "0.75"}})
-    settings.emplace_back(name, text);
-  return settings;
-}
 
 /// Kinds of maps that files hold differently.
 template <typename Map>
@@ -150,126 +71,6 @@ TYPED_TEST(HilbertMaps, AliasAndClassNameMakeTheMap)
                             "lamap::" + className.substr(className.rfind(':') + 1))
                 .resolution(),
             0.3);
-}
-
-TYPED_TEST(HilbertMaps, EveryOptionIsReadStoredCopiedAndWritten)
-{
-  const TypeParam map = made<TypeParam>(allOtherOptions<TypeParam>());
-  const auto due = map.optionValues();
-  const auto usual = TypeParam().optionValues();
-  for (size_t i = 0; i < due.size(); ++i)
-    EXPECT_NE(due[i].text, usual[i].text) << due[i].section << "." << due[i].key << " is at its default";
-  const auto expectSame = [&](const lamap::CLearnedMap& other)
-  {
-    const auto values = other.optionValues();
-    ASSERT_EQ(values.size(), due.size());
-    for (size_t i = 0; i < due.size(); ++i) EXPECT_EQ(values[i].text, due[i].text) << due[i].key;
-  };
-  expectSame(TypeParam(map));
-  expectSame(*std::dynamic_pointer_cast<TypeParam>(objectFrom(bytesOf(map))));
-
-  const std::string prefix = "map_" + map.alias() + "_00";
-  typename TypeParam::TMapDefinition definition;
-  definition.loadFromConfigFile(
-      mrpt::config::CConfigFileMemory(iniOf(map.alias(), allOtherOptions<TypeParam>())), prefix);
-  mrpt::config::CConfigFileMemory written;
-  definition.saveToConfigFile(written, prefix);
-  typename TypeParam::TMapDefinition again;
-  again.loadFromConfigFile(mrpt::config::CConfigFileMemory(written.getContent()), prefix);
-  const std::unique_ptr<TypeParam> remade(TypeParam::CreateFromMapDefinition(again));
-  expectSame(*remade);
-}
-
-TYPED_TEST(HilbertMaps, EveryInsertionOptionTakesEffect)
-{
-  const Settings sgd = {{"insertOpts.solver", "sgdL2"}, {"insertOpts.alpha", "0.01"}};
-  std::vector<std::pair<std::string, std::string>> changes = {
-      {"trainingPoints", "points"},  {"freeMargin", "0.4"},
-      {"freeResolution", "0.5"},     {"hitWeight", "4"},
-      {"freeWeight", "0.25"},        {"minRange", "1"},
-      {"maxRange", "1.5"},           {"considerInvalidRangesAsFreeSpace", "false"},
-      {"rayDecimation", "3"},        {"iterations", "2"},
-      {"rangeStd", "0.2"},           {"pointStd", "0.2"},
-      {"usePoseCovariance", "true"}, {"beamWidth", "spacing"}};
-  if (std::is_same_v<TypeParam, COverlappingHilbertMap>)
-    for (const auto& change : Settings{{"scansPerModel", "2"},
-                                       {"boxQuantile", "0.2"},
-                                       {"fieldNear", "1.5"},
-                                       {"fieldDepth", "0"},
-                                       {"fieldAngle", "30"},
-                                       {"fieldWeight", "0.3"}})
-      changes.push_back(change);
-  mrpt::poses::CPose3DPDFGaussian uncertain(kSecondPose);
-  uncertain.cov(0, 0) = uncertain.cov(1, 1) = uncertain.cov(3, 3) = 0.04;
-  const auto cellsWith = [&](const Settings& settings)
-  {
-    TypeParam map = made<TypeParam>(settings);
-    map.insertObservationAt(roomScan(61), uncertain);
-    map.insertScan(smallScan());
-    return cellsOf(map);
-  };
-  const auto usual = cellsWith({});
-  for (const auto& [key, text] : changes)
-    EXPECT_NE(cellsWith({{"insertOpts." + key, text}}), usual) << key << " = " << text << " changes nothing";
-
-  Settings base = sgd;
-  if (std::is_same_v<TypeParam, CHilbertMap>) base.emplace_back("creationOpts.training", "sgd");
-  const auto descended = cellsWith(base);
-  EXPECT_NE(descended, usual);
-  for (const auto& [key, text] : Settings{{"alpha", "0.1"}, {"epochs", "1"}, {"solver", "sgdL1"}})
-  {
-    Settings changed = base;
-    changed.emplace_back("insertOpts." + key, text);
-    // The last one of a key stands.
-    changed.erase(std::remove_if(changed.begin(), changed.end() - 1,
-                                 [&](const auto& setting) { return setting.first == "insertOpts." + key; }),
-                  changed.end() - 1);
-    EXPECT_NE(cellsWith(changed), descended) << key << " = " << text << " changes nothing";
-  }
-}
-
-TYPED_TEST(HilbertMaps, EveryCreationOptionTakesEffect)
-{
-  // Each with what else it needs to have an effect.
-  std::map<std::string, std::pair<std::string, Settings>> changes = {
-      {"resolution", {"0.125", {}}},
-      {"planar", {"true", {}}},
-      {"planarHeight", {"0.5", {{"creationOpts.planar", "true"}}}},
-      {"features", {"nystroem", {}}},
-      {"gamma", {"20", {}}},
-      {"cutoff", {"0.1", {}}},
-      {"latticeSpacing", {"0.3", {}}},
-      {"components", {"20", {}}},
-      {"seed", {"7", {}}},
-      {"priorPrecision", {"1", {}}},
-      {"training", {"sgd", {}}},
-      {"blockDepth", {"3", {}}},
-      {"pruning", {"state", {}}},
-      {"outOfFieldLimit", {"0", {}}},
-      {"keepModels", {"false", {}}}};
-  for (const char* key : {"components", "seed"})
-  {
-    changes.at(key).second = {{"creationOpts.features", "nystroem"}};
-    if (std::is_same_v<TypeParam, CHilbertMap>)
-      changes.at(key).second.emplace_back("creationOpts.training", "batch");
-  }
-  if (std::is_same_v<TypeParam, CHilbertMap>)
-    changes.at("features").second = {{"creationOpts.training", "batch"}};
-  const typename TypeParam::TCreationOptions untouched;
-  for (const auto& option : untouched.optionTable().options())
-  {
-    if (option.key == "preset") continue;  // EveryOptionIsReadStoredCopiedAndWritten
-    ASSERT_TRUE(changes.count(option.key)) << "say here how the new option " << option.key << " shows";
-    auto [text, settings] = changes.at(option.key);
-    const TypeParam usual = taught<TypeParam>(settings);
-    settings.emplace_back("creationOpts." + option.key, text);
-    const TypeParam changed = taught<TypeParam>(settings);
-    // How cells are held shows in what they take, not in what they say.
-    if (option.key == "blockDepth" || option.key == "pruning" || option.key == "keepModels")
-      EXPECT_NE(factsOf(changed), factsOf(usual)) << option.key;
-    else
-      EXPECT_NE(cellsOf(changed), cellsOf(usual)) << option.key;
-  }
 }
 
 TYPED_TEST(HilbertMaps, IllegalAndContradictingOptionsAreRefusedByName)
