@@ -2,6 +2,7 @@
 #include <lamap_tools/commands/held_out.h>
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/output_paths.h>
+#include <lamap_tools/report/counted.h>
 #include <lamap_tools/scores/score_report.h>
 
 #include "command_line.h"
@@ -81,7 +82,7 @@ int againstTruth(const EvalArguments& arguments)
   if (!arguments.surface.empty()) tools::readSurface(arguments.surface, truth);
   std::vector<tools::MapScores> maps;
   {
-    tools::ProgressBar bar = makeProgressBar("cells");
+    tools::ProgressBar bar = makeProgressBar("cell");
     for (const std::string& path : arguments.maps)
     {
       const size_t before = truth.cells.size() * maps.size();
@@ -105,7 +106,8 @@ int againstTruth(const EvalArguments& arguments)
     printMaps(json, maps);
     return 0;
   }
-  std::cout << truth.name << ": " << truth.cells.size() << " cells, " << occupied << " of them occupied\n";
+  std::cout << truth.name << ": " << tools::counted(truth.cells.size(), "cell") << ", " << occupied
+            << " of them occupied\n";
   tools::printScores(maps, "cells of the truth", std::cout);
   return 0;
 }
@@ -130,7 +132,7 @@ int againstHeldOut(EvalArguments& arguments)
   }
   else
   {
-    std::cout << report.heldOut << " scans held out, " << report.scans.usedCount()
+    std::cout << tools::counted(report.heldOut, "scan") << " held out, " << report.scans.usedCount()
               << " in the map; rays up to "
               << (report.maxRange_m > 0 ? tools::shortest(report.maxRange_m) + " m"
                                         : "the range that the scans state")

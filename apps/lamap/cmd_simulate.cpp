@@ -38,7 +38,7 @@ int simulate(SimulateArguments& arguments)
       {
         bar.reset();
         input = progress.input;
-        bar.reset(new tools::ProgressBar(makeProgressBar(input == options.outPath ? "scans" : "cells")));
+        bar.reset(new tools::ProgressBar(makeProgressBar(input == options.outPath ? "scan" : "cell")));
       }
       bar->show(progress);
     };

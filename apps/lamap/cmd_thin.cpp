@@ -43,7 +43,7 @@ int thin(ThinArguments& arguments)
   catchStopSignals();
   options.shouldStop = stopRequested;
   const tools::ThinReport report =
-      withProgressBar([&](const auto& progress) { return tools::thinLog(options, progress); }, "entries");
+      withProgressBar([&](const auto& progress) { return tools::thinLog(options, progress); }, "entry");
   if (report.stopped) return stoppedByUser("; nothing is saved");
   tools::printReport(report, options, std::cout);
   std::vector<std::string> damages;

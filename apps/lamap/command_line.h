@@ -125,11 +125,11 @@ void catchStopSignals();
 [[nodiscard]] bool stopRequested();
 
 /// A progress bar on the standard error output.
-[[nodiscard]] tools::ProgressBar makeProgressBar(const std::string& unit = "scans");
+[[nodiscard]] tools::ProgressBar makeProgressBar(const std::string& unit = "scan");
 
 /// Runs a long task with a progress bar.
 template <class Work>
-auto withProgressBar(const Work& work, const std::string& unit = "scans")
+auto withProgressBar(const Work& work, const std::string& unit = "scan")
 {
   tools::ProgressBar bar = makeProgressBar(unit);
   return work(tools::ProgressSink([&](const tools::Progress& progress) { bar.show(progress); }));

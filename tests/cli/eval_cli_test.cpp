@@ -3,21 +3,20 @@
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/maps/CBGKMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
-#include <sys/wait.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "program.h"
 #include "support/small_logs.h"
-#include "support/temporary_folder.h"
 
 namespace
 {
 using namespace lamap;
 
-class EvalCommand : public testing::Test
+class EvalCommand : public test::CommandLine
 {
  protected:
   EvalCommand()
@@ -44,24 +43,10 @@ class EvalCommand : public testing::Test
     test::writeLog(folder_ / "log.rawlog", log);
   }
 
-  /// A $ stands for the folder of the test.
   int run(const std::string& arguments, const std::string& subcommand = "eval")
   {
-    std::string command = std::string(LAMAP_PROGRAM) + " " + subcommand + " " + arguments +
-                          " > $/stdout 2> $/stderr < /dev/null";
-    for (size_t at = 0; (at = command.find('$', at)) != std::string::npos;)
-      command.replace(at, 1, folder_.path());
-    const int status = std::system(command.c_str());
-    out_ = test::fileContent(folder_ / "stdout");
-    err_ = test::fileContent(folder_ / "stderr");
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return CommandLine::run(subcommand + " " + arguments);
   }
-
-  bool exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
-
-  test::TemporaryFolder folder_;
-  std::string out_;
-  std::string err_;
 };
 
 TEST_F(EvalCommand, RefusesAMapWithoutCellsByItsClass)

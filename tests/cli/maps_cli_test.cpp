@@ -2,18 +2,16 @@
 #include <gtest/gtest.h>
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/maps/CBGKMap.h>
-#include <sys/wait.h>
 
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "support/temporary_folder.h"
+#include "program.h"
 
 namespace
 {
 using namespace lamap;
 
-class MapCommands : public testing::Test
+class MapCommands : public test::CommandLine
 {
  protected:
   MapCommands()
@@ -26,25 +24,6 @@ class MapCommands : public testing::Test
     }
     saveMapFile(map, folder_ / "a.lamap.gz");
   }
-
-  /// A $ stands for the folder of the test.
-  int run(const std::string& arguments)
-  {
-    std::string command =
-        std::string(LAMAP_PROGRAM) + " " + arguments + " > $/stdout 2> $/stderr < /dev/null";
-    for (size_t at = 0; (at = command.find('$', at)) != std::string::npos;)
-      command.replace(at, 1, folder_.path());
-    const int status = std::system(command.c_str());
-    out_ = test::fileContent(folder_ / "stdout");
-    err_ = test::fileContent(folder_ / "stderr");
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
-  bool exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
-
-  test::TemporaryFolder folder_;
-  std::string out_;
-  std::string err_;
 };
 
 TEST_F(MapCommands, InfoTellsPeopleAndScriptsTheSame)

@@ -1,53 +1,28 @@
 // lamap simulate as a user calls it: exit codes, what is written and what is not.
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "support/temporary_folder.h"
+#include "program.h"
 
 namespace
 {
 using namespace lamap::test;
 
-struct Outcome
-{
-  int exitCode = -1;
-  std::string out;
-  std::string err;
-};
-
 class SimulateCommand : public testing::Test
 {
  protected:
-  pid_t start(std::vector<std::string> arguments) const
+  [[nodiscard]] Program start(const std::vector<std::string>& arguments) const
   {
-    arguments.insert(arguments.begin(), LAMAP_PROGRAM);
-    std::vector<char*> raw;
-    for (std::string& argument : arguments) raw.push_back(argument.data());
-    raw.push_back(nullptr);
-    const pid_t process = fork();
-    if (process != 0) return process;
-    dup2(open((streams_ / "out").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
-    dup2(open((streams_ / "err").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
-    execv(LAMAP_PROGRAM, raw.data());
-    _exit(99);
+    return {streams_, arguments};
   }
-
-  Outcome wait(pid_t process) const
+  [[nodiscard]] Outcome run(const std::vector<std::string>& arguments) const
   {
-    int status = 0;
-    waitpid(process, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, fileContent(streams_ / "out"),
-            fileContent(streams_ / "err")};
+    return start(arguments).wait();
   }
-
-  Outcome run(const std::vector<std::string>& arguments) const { return wait(start(arguments)); }
 
   TemporaryFolder folder_;
   TemporaryFolder streams_;
@@ -151,14 +126,14 @@ TEST_F(SimulateCommand, AStopLeavesNothingAndEndsWith130)
 {
   for (const int signal : {SIGINT, SIGTERM})
   {
-    const pid_t process = start({"simulate", "corridor", "-o", folder_ / "a.rawlog", "--truth",
-                                 folder_ / "a.csv", "--scans", "3000"});
+    const Program program = start({"simulate", "corridor", "-o", folder_ / "a.rawlog", "--truth",
+                                   folder_ / "a.csv", "--scans", "3000"});
     // It catches signals before it makes its first file.
     for (int i = 0; i < 600 && folder_.size() == 0; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     EXPECT_GT(folder_.size(), 0U);
-    kill(process, signal);
-    const Outcome outcome = wait(process);
+    kill(program.process(), signal);
+    const Outcome outcome = program.wait();
     EXPECT_EQ(outcome.exitCode, 130) << outcome.err;
     EXPECT_NE(outcome.err.find("nothing is written"), std::string::npos) << outcome.err;
     EXPECT_EQ(folder_.size(), 0U);

@@ -4,6 +4,7 @@
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/commands/map_build.h>
 #include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/report/counted.h>
 #include <lamap_tools/report/progress_bar.h>
 #include <mrpt/maps/COctoMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
@@ -330,11 +331,20 @@ TEST(Build, TheOutputIsCheckedFirst)
   EXPECT_EQ(folder.size(), 0U);
 }
 
+TEST(Counted, AgreesInNumber)
+{
+  EXPECT_EQ(counted(0, "scan"), "0 scans");
+  EXPECT_EQ(counted(1, "occupied cell"), "1 occupied cell");
+  EXPECT_EQ(counted(2, "ray"), "2 rays");
+  EXPECT_EQ(counted(1, "entry"), "1 entry");
+  EXPECT_EQ(counted(12, "entry"), "12 entries");
+}
+
 TEST(ProgressBar, DoesNotPromiseAnEndThatIsNotKnown)
 {
   std::ostringstream out;
   {
-    ProgressBar bar(out, true, "entries");
+    ProgressBar bar(out, true, "entry");
     bar.show({3, 0, "a.rawlog"}, ProgressBar::Clock::time_point{});
   }
   EXPECT_NE(out.str().find("3 entries"), std::string::npos) << out.str();

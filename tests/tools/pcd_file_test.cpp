@@ -128,8 +128,9 @@ TEST_F(PcdFile, RefusesWhatContradictsItself)
   const std::string points =
       bytesOf(1.F) + bytesOf(2.F) + bytesOf(3.F) + bytesOf(4.F) + bytesOf(5.F) + bytesOf(6.F);
   ASSERT_EQ(complaint(header(kXyz, "binary") + points), "");
-  EXPECT_TRUE(complains(header(kXyz, "binary") + points.substr(0, 23), "cut short"));
-  EXPECT_TRUE(complains(header(kXyz, "ascii") + "1 2 3\n", "holds 1 points; its header states 2"));
+  EXPECT_TRUE(complains(header(kXyz, "binary") + points.substr(0, 23),
+                        "cut short: 23 bytes after the header instead of 24, for 2 points"));
+  EXPECT_TRUE(complains(header(kXyz, "ascii") + "1 2 3\n", "holds 1 point; its header states 2"));
   EXPECT_TRUE(complains(header(kXyz, "ascii") + "1 2 3\n1 2\n", "point 2 has 2 numbers"));
   EXPECT_TRUE(complains(header(kXyz, "ascii") + "1 2 3\n1 2 three\n", "\"three\" is not a number"));
   EXPECT_TRUE(complains(header(kXyz, "zip") + "1 2 3\n", "DATA is \"zip\""));

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "support/seeded_scans.h"
 #include "support/small_logs.h"
 #include "support/temporary_folder.h"
 
@@ -283,13 +284,28 @@ TEST_F(PcdFolderOfScans, HiddenFilesAndFoldersAreNoScans)
   const Reading reading = readAll(options_);
   EXPECT_EQ(xOfCentres(reading.scans), (std::vector<double>{10, 20}));
   EXPECT_EQ(reading.damages, "");
-  EXPECT_TRUE(says(reading.notes, "3 hidden files")) << reading.notes;
+  EXPECT_TRUE(says(reading.notes, "left out: 3 hidden files")) << reading.notes;
+}
+
+// The format does not say of what the numbers are; millimetres are common where they are whole.
+TEST_F(PcdFolderOfScans, WholeNumbersAreTakenToBeMetresAndThatIsToldOnce)
+{
+  const std::string floats = pcd({{1, 2, 3}});
+  std::string whole = floats;
+  whole.replace(whole.find("TYPE F F F"), 10, "TYPE F F I");
+  for (const char* name : {"11.pcd", "12.pcd"}) folder_.write(name, whole);
+  const Reading reading = readAll(options_);
+  EXPECT_TRUE(says(reading.jointNotes, "11.pcd, " + folder_ / "12.pcd" + ": whole numbers (TYPE I or U)"))
+      << reading.jointNotes;
+  EXPECT_TRUE(says(reading.jointNotes, "taken to be metres"));
+  EXPECT_EQ(lamap::test::endsOf(reading.scans.back().fans.at(0)), (Points{{1, 2, 3}}));
 }
 
 TEST_F(PcdFolderOfScans, HiddenFilesAloneAreNoScans)
 {
   folder_.write("._1.pcd", "?");
-  EXPECT_TRUE(says(complaintOf<std::runtime_error>(options_), "a folder without .pcd files; 1 hidden"));
+  EXPECT_TRUE(says(complaintOf<std::runtime_error>(options_),
+                   "a folder without .pcd files; left out: 1 hidden file"));
 }
 
 TEST_F(PcdFolderOfScans, NamesThatAreTimesChooseThePose)
@@ -312,7 +328,7 @@ TEST_F(PcdFolderOfScans, NamesThatAreTimesChooseThePose)
     if (isWithin)
       EXPECT_EQ(xOfCentres(readAll(options_).scans), (std::vector<double>{20, 40}));
     else
-      EXPECT_TRUE(says(complaintOf<std::runtime_error>(options_), "4 poses, but there are 2 PCD files"));
+      EXPECT_TRUE(says(complaintOf<std::runtime_error>(options_), "4 poses for 2 PCD files"));
   }
 }
 

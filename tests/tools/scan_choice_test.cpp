@@ -165,7 +165,7 @@ TEST_F(Choice, ScansWithoutATimeStampAreCountedWhereATimeIsAskedFor)
 
   write({untimed, untimed});
   const std::string text = complaint<std::runtime_error>(path, {{}, 1, "", "5"});
-  EXPECT_NE(text.find("selects none of the 2 observations of " + path +
+  EXPECT_NE(text.find("selects none of 2 observations of " + path +
                       "; --from and --to leave out 2 without a time stamp (B: 2)"),
             std::string::npos)
       << text;
@@ -191,8 +191,7 @@ TEST_F(Choice, WrongTimesAndNumbersAreWrongUsage)
 TEST_F(Choice, WhatTakesNothingIsAnErrorAndNothingIsWritten)
 {
   const std::string text = complaint<std::runtime_error>(log_, {{"A"}, 1, "100"});
-  EXPECT_NE(text.find("--sensors A --from 100: selects none of the 8 observations of " + log_),
-            std::string::npos)
+  EXPECT_NE(text.find("--sensors A --from 100: selects none of 8 observations of " + log_), std::string::npos)
       << text;
   BuildOptions build;
   build.inputs.paths = {log_};

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <lamap_tools/cells/octomap_file.h>
 #include <lamap_tools/cells/truth.h>
+#include <lamap_tools/files/file_input.h>
 
 #include <sstream>
 #include <stdexcept>
@@ -108,5 +109,25 @@ TEST(Truth, MissingFilesAndFoldersAreNamed)
       EXPECT_NE(std::string(error.what()).find(path), std::string::npos) << error.what();
     }
   }
+}
+
+TEST(FileInput, SaysWhyAFileIsNotOpened)
+{
+  const test::TemporaryFolder folder;
+  const auto complaint = [](const std::string& path)
+  {
+    try
+    {
+      (void)openedFile(path, "a truth");
+    }
+    catch (const std::runtime_error& error)
+    {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(complaint(folder.path()), folder.path() + ": is a folder, not a truth");
+  EXPECT_EQ(complaint(folder / "none"), folder / "none" + ": cannot be opened: No such file or directory");
+  EXPECT_EQ(complaint(folder.write("t.csv", "1")), "");
 }
 }  // namespace

@@ -347,14 +347,14 @@ bool CLearnedMap::tally(const RayCounts& counts)
   const auto tellOnce = [&](size_t before, size_t now, const char* kind)
   {
     if (before == 0 && now > 0)
-      MRPT_LOG_WARN_STREAM(now << " rays of a scan are ignored: " << kind
-                               << " (reported once; all are counted)");
+      MRPT_LOG_WARN_STREAM("rays of a scan that are ignored: " << now << "; " << kind
+                                                               << " (reported once; all are counted)");
   };
   tellOnce(tallied_.notFinite, counts.notFinite, "they are NaN or infinite");
   tellOnce(tallied_.outside, counts.outside, "they end beyond what cell indices can address");
   if (tallied_.tooNear == 0 && counts.tooNear > 0)
-    MRPT_LOG_INFO_STREAM(counts.tooNear
-                         << " rays of a scan are ignored: closer than the minimum range, or on the sensor");
+    MRPT_LOG_INFO_STREAM("rays of a scan that are ignored: "
+                         << counts.tooNear << "; closer than the minimum range, or on the sensor");
   tallied_ += counts;
   if (counts.used() == 0) return false;
   ++scansUsed_;

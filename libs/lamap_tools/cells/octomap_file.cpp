@@ -1,8 +1,10 @@
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_tools/cells/cell_table.h>
 #include <lamap_tools/cells/octomap_file.h>
+#include <lamap_tools/files/file_input.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/file_output.h>
+#include <lamap_tools/report/counted.h>
 #include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
 
@@ -170,7 +172,7 @@ bool holdsTree(const std::string& path, const OctomapHeader& header, std::istrea
   const auto nodes = binary ? countBinaryNodes(in, 0) : countNodes(in, bytesBeforeChildren, 0);
   if (!nodes || (header.nodes && nodes != header.nodes))
     failRead(path, "is cut short or damaged: its header says " +
-                       (header.nodes ? std::to_string(*header.nodes) + " nodes" : "no size") + ", " +
+                       (header.nodes ? counted(*header.nodes, "node") : "no size") + ", " +
                        (nodes ? "it holds " + std::to_string(*nodes) : "its tree does not end well"));
   in.clear();
   in.seekg(begin);
@@ -200,9 +202,7 @@ bool isOctomapFile(const std::string& path)
 
 std::unique_ptr<CellMap> readOctomapFile(const std::string& path)
 {
-  if (std::filesystem::is_directory(path)) failRead(path, "is a folder, not a file");
-  std::ifstream in(path, std::ios::binary);
-  if (!in) failRead(path, std::string("cannot be opened: ") + std::strerror(errno));
+  std::ifstream in = openedFile(path, "a file", std::ios::binary);
   const bool binary = extensionOf(path) == ".bt";
   const auto header = readHeader(in, firstLine(binary));
   if (!header)

@@ -1,9 +1,11 @@
 #include <lamap_tools/cells/truth.h>
 
 #include <lamap_tools/cells/cell_map.h>
+#include <lamap_tools/files/file_input.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/point_list.h>
 #include <lamap_tools/files/text_fields.h>
+#include <lamap_tools/report/counted.h>
 
 #include <algorithm>
 #include <array>
@@ -51,7 +53,7 @@ std::optional<Columns> columnsOfHeader(const std::vector<std::string_view>& fiel
 TrueCell cellFrom(const std::vector<std::string_view>& fields, const Columns& columns)
 {
   if (fields.size() != columns.count)
-    throw std::runtime_error("has " + std::to_string(fields.size()) + " fields, expected " +
+    throw std::runtime_error("has " + counted(fields.size(), "field") + ", expected " +
                              std::to_string(columns.count) + " (x,y,z,label)");
   TrueCell cell;
   for (size_t axis = 0; axis < 3; ++axis)
@@ -189,10 +191,9 @@ Truth readTruthCsv(std::istream& in, const std::string& name)
 
 Truth readTruth(const std::string& path)
 {
-  if (std::filesystem::is_directory(path)) throw std::runtime_error(path + ": is a folder, not a truth");
+  requireNoFolder(path, "a truth");
   if (extensionOf(path) != ".csv") return truthFromMap(path);
-  std::ifstream in(path);
-  if (!in) throw std::runtime_error(path + ": cannot be opened: " + std::strerror(errno));
+  std::ifstream in = openedFile(path, "a truth");
   return readTruthCsv(in, path);
 }
 

@@ -2,6 +2,7 @@
 #include <lamap_tools/commands/build_notes.h>
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/inputs/scan_look.h>
+#include <lamap_tools/report/counted.h>
 #include <lamap_tools/scores/held_out_cells.h>
 #include <mrpt/core/format.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
@@ -107,7 +108,7 @@ std::optional<std::string> emptyScansNote(const std::string& path, const std::st
 {
   if (scans.empty + scans.nearlyEmpty == 0) return std::nullopt;
   std::vector<std::string> kinds;
-  const std::string all = mrpt::format(" of %zu scans", scans.scans);
+  const std::string all = " of " + counted(scans.scans, "scan");
   if (scans.empty > 0) kinds.push_back(std::to_string(scans.empty) + all + " without a single return");
   if (scans.nearlyEmpty > 0)
     kinds.push_back(std::to_string(scans.nearlyEmpty) + all +

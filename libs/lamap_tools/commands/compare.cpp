@@ -9,6 +9,7 @@
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/file_output.h>
 #include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/report/counted.h>
 #include <lamap_tools/scores/held_out_cells.h>
 #include <lamap_tools/scores/score_report.h>
 #include <mrpt/core/format.h>
@@ -203,8 +204,8 @@ void requireScans(const std::vector<Builder>& builders, const std::optional<Held
       throw std::runtime_error(builder.name + ": not one scan that the map takes" +
                                reasonsOf(builder.inserter->tally()));
   if (choice && choice->heldOut() == 0)
-    throw std::runtime_error("only " + std::to_string(choice->mostScans()) +
-                             " usable scans of a sensor: none would be held out");
+    throw std::runtime_error("only " + counted(choice->mostScans(), "usable scan") +
+                             " of a sensor: none would be held out");
 }
 
 void scoreAll(Comparison& comparison, const CompareOptions& options, const std::optional<Truth>& truth,
@@ -212,12 +213,12 @@ void scoreAll(Comparison& comparison, const CompareOptions& options, const std::
 {
   if (truth)
   {
-    comparison.scoredBy = mrpt::format("%zu cells of %s", truth->cells.size(), truth->name.c_str());
+    comparison.scoredBy = counted(truth->cells.size(), "cell") + " of " + truth->name;
     for (ComparedMap& map : comparison.maps)
       map.scores = scoreMap({map.map, cellsOf(map.map), {}}, map.name, *truth, options.thresholds);
   }
   if (!choice) return;
-  comparison.scoredBy = mrpt::format("the cells that %zu scans held out show", choice->heldOut());
+  comparison.scoredBy = "the cells shown by " + counted(choice->heldOut(), "scan") + " held out";
   for (size_t i = 0; i < builders.size(); ++i) builders[i].score(comparison.maps[i], options.thresholds);
   if (!haveSameCells(builders))
     comparison.notes.emplace_back(

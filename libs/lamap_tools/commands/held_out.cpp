@@ -2,6 +2,7 @@
 #include <lamap_tools/commands/scored_map.h>
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/report/counted.h>
 #include <lamap_tools/scores/held_out_cells.h>
 
 #include <stdexcept>
@@ -15,8 +16,8 @@ void requireScans(const HeldOutChoice& choice, const HeldOutCells& shown, const 
 {
   const std::string inputs = joined(options.inputs.paths);
   if (choice.heldOut() == 0)
-    throw std::runtime_error(inputs + ": " + std::to_string(choice.mostScans()) +
-                             " usable scans of a sensor, fewer than " + std::to_string(options.every) +
+    throw std::runtime_error(inputs + ": " + counted(choice.mostScans(), "usable scan") +
+                             " of a sensor, fewer than " + std::to_string(options.every) +
                              ": none would be held out" + reasonsOf(tally));
   if (tally.usedCount() == 0)
     throw std::runtime_error(inputs + ": not one scan that the map takes" + reasonsOf(tally));

@@ -3,6 +3,7 @@
 #include <lamap_tools/commands/build_notes.h>
 #include <lamap_tools/commands/log_info.h>
 #include <lamap_tools/files/file_names.h>
+#include <lamap_tools/report/counted.h>
 #include <lamap_tools/report/fact_line.h>
 #include <mrpt/core/format.h>
 
@@ -389,8 +390,7 @@ void printLogInfo(const LogInfo& info, std::ostream& out)
   for (const std::string& text : info.poses) printFact(out, "poses", text);
   if (info.robotPath) printPath(*info.robotPath, out);
   printFact(out, "a build would use",
-            std::to_string(info.build.usedCount()) + " of " + std::to_string(observationsIn(info)) +
-                " observations");
+            std::to_string(info.build.usedCount()) + " of " + counted(observationsIn(info), "observation"));
   for (const auto& [kind, count] : info.build.used) out << "  used: " << count << " " << kind << "\n";
   printLeftOut(info.build, out);
   for (const std::string& note : info.notes) out << note << "\n";

@@ -7,6 +7,7 @@
 #include <lamap_tools/commands/map_build.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/report/counted.h>
 #include <mrpt/core/format.h>
 #include <mrpt/maps/COctoMap.h>
 
@@ -119,8 +120,8 @@ void train(const CMetricMap& map, size_t scans)
   }
   catch (const std::length_error& error)
   {
-    throw std::runtime_error("the model of " + std::to_string(scans) +
-                             " scans cannot be trained: " + error.what() +
+    throw std::runtime_error("the model of " + counted(scans, "scan") +
+                             " cannot be trained: " + error.what() +
                              "; nothing is written. Fewer of them: insertOpts.rayDecimation, freeResolution, "
                              "or trainingPoints = cells");
   }
@@ -209,7 +210,7 @@ void printRays(const RayCounts& rays, std::ostream& out)
 void printReport(const BuildReport& report, std::ostream& out)
 {
   const size_t used = report.scans.usedCount();
-  out << mrpt::format("%zu %s in %.1f s", used, used == 1 ? "scan" : "scans", report.seconds);
+  out << counted(used, "scan") << mrpt::format(" in %.1f s", report.seconds);
   if (report.seconds > 0)
     out << mrpt::format(" (%.1f per second)", static_cast<double>(used) / report.seconds);
   out << "\n";

@@ -7,6 +7,7 @@
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/scan_inserter.h>
+#include <lamap_tools/report/counted.h>
 #include <lamap_tools/report/text_table.h>
 #include <lamap_tools/scores/held_out_cells.h>
 #include <lamap_tools/scores/score_report.h>
@@ -271,11 +272,12 @@ std::string bestConfig(const TuneOptions& options, const SearchSpace& space, con
   std::string sections;
   ini.getContent(sections);
   const Scores& scores = rankingScores(best, report.rankedByAllRays);
-  return mrpt::format(
-             "# The best of %zu settings by %s log loss: %.4f over %llu cells that %s of %zu scans show.\n",
-             report.maps.size(), options.prequential ? "prequential" : "held-out", *scores.logLoss,
-             static_cast<unsigned long long>(scores.cells()),
-             report.rankedByAllRays ? "all rays" : "the rays that returned", report.scored) +
+  return mrpt::format("# The best of %s by %s log loss: %.4f over %s that %s of %s show.\n",
+                      counted(report.maps.size(), "setting").c_str(),
+                      options.prequential ? "prequential" : "held-out", *scores.logLoss,
+                      counted(scores.cells(), "cell").c_str(),
+                      report.rankedByAllRays ? "all rays" : "the rays that returned",
+                      counted(report.scored, "scan").c_str()) +
          "#   lamap build -i LOG -c THIS -o MAP.lamap.gz\n\n" + sections;
 }
 }  // namespace
@@ -300,7 +302,7 @@ TuneReport tuneMap(const TuneOptions& options, const ProgressSink& progress)
   const InsertionTally& inserted = search.candidates().front()->inserter->tally();
   if (report.scored == 0)
     throw std::runtime_error(
-        "too few scans: " + std::to_string(search.mostScans()) + " usable ones of a sensor, " +
+        "too few scans: " + std::to_string(search.mostScans()) + " usable of a sensor, " +
         (options.prequential ? "2 are needed"
                              : std::to_string(options.every) + " are needed to hold one out") +
         reasonsOf(inserted));
@@ -333,8 +335,9 @@ TuneReport tuneMap(const TuneOptions& options, const ProgressSink& progress)
 void printTuning(const TuneReport& report, std::ostream& out)
 {
   const bool byAll = report.rankedByAllRays;
-  out << mrpt::format("%zu settings of %s, scored by %zu scans (%s); best first\n", report.maps.size(),
-                      report.mapName.c_str(), report.scored, byAll ? "all rays" : "only rays that returned");
+  out << counted(report.maps.size(), "setting") << " of " << report.mapName << ", scored by "
+      << counted(report.scored, "scan") << (byAll ? " (all rays)" : " (only rays that returned)")
+      << "; best first\n";
   out << "  log loss     AUC   Brier  calibration error  observed  "
       << (byAll ? "log loss, returns only" : "log loss, all rays") << "  settings\n";
   for (const TunedMap& map : report.maps)

@@ -1,13 +1,11 @@
 #include <lamap_tools/files/point_list.h>
 
+#include <lamap_tools/files/file_input.h>
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <optional>
@@ -93,10 +91,7 @@ std::vector<TPoint3D> readPoints(std::istream& in, const std::string& name)
 std::vector<TPoint3D> readPointsFile(const std::string& path)
 {
   if (path == "-") return readPoints(std::cin, "standard input");
-  if (std::filesystem::is_directory(path))
-    throw std::runtime_error(path + ": is a folder, not a file of points");
-  std::ifstream in(path);
-  if (!in) throw std::runtime_error(path + ": cannot be opened: " + std::strerror(errno));
+  std::ifstream in = openedFile(path, "a file of points");
   return readPoints(in, path);
 }
 

@@ -1,5 +1,6 @@
 #include <lamap_tools/inputs/graph_file.h>
 #include <lamap_tools/inputs/pose_track.h>
+#include <lamap_tools/report/counted.h>
 #include <octomap/octomap_types.h>
 
 #include <Eigen/Geometry>
@@ -61,8 +62,7 @@ GraphFile::GraphFile(const std::string& path) : file_(path, std::ios::binary)
   // The file's end may be cut off, but no graph has so many scans that they fill thousands of such files.
   constexpr uint64_t kLeastNodeBytes = 16;
   if (size > 1000 * (fileSize_ / kLeastNodeBytes + 1))
-    throw std::runtime_error(path + ": not a scan graph of OctoMap: it would hold " + std::to_string(size) +
-                             " scans");
+    throw std::runtime_error(path + ": not a scan graph of OctoMap: it would hold " + counted(size, "scan"));
   size_ = size;
 }
 

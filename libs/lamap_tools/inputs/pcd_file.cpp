@@ -1,4 +1,5 @@
 #include <lamap_tools/inputs/pcd_file.h>
+#include <lamap_tools/report/counted.h>
 #include <lzf.h>
 
 #include <Eigen/Geometry>
@@ -83,6 +84,8 @@ class PcdReader
       readCompressed(cloud.points);
     else
       fail("DATA is \"" + header_.data + "\"; it must be ascii, binary or binary_compressed");
+    cloud.isWhole =
+        std::any_of(axes_.begin(), axes_.end(), [](const Field& axis) { return axis.type != 'F'; });
     return cloud;
   }
 
@@ -235,7 +238,7 @@ class PcdReader
       if (words.empty()) continue;
       const std::string place = "point " + std::to_string(points.size() + 1);
       if (words.size() != header_.columns())
-        fail(place + " has " + std::to_string(words.size()) + " numbers; expected " +
+        fail(place + " has " + counted(words.size(), "number") + "; expected " +
              std::to_string(header_.columns()));
       Eigen::Vector3d point;
       for (size_t axis = 0; axis < 3; ++axis)
@@ -248,7 +251,7 @@ class PcdReader
       points.push_back(point);
     }
     if (points.size() != header_.points)
-      fail("holds " + std::to_string(points.size()) + " points; its header states " +
+      fail("holds " + counted(points.size(), "point") + "; its header states " +
            std::to_string(header_.points));
   }
 
@@ -266,8 +269,8 @@ class PcdReader
     const size_t expected = productOf(header_.points, header_.stride());
     const size_t available = bytesLeft();
     if (available < expected)
-      fail("cut short: " + std::to_string(header_.points) + " points need " + std::to_string(expected) +
-           " bytes, " + std::to_string(available) + " follow the header");
+      fail("cut short: " + counted(available, "byte") + " after the header instead of " +
+           std::to_string(expected) + ", for " + counted(header_.points, "point"));
     // What follows is no matter: writers fill up the last page, or append notes of their own.
     const std::string bytes = readBytes(expected);
     takePoints(bytes, points,
@@ -299,13 +302,13 @@ class PcdReader
     std::memcpy(sizes.data(), readBytes(8).data(), 8);
     const auto [compressedSize, size] = sizes;
     if (bytesLeft() < compressedSize)
-      fail("cut short: the compressed points need " + std::to_string(compressedSize) + " bytes, " +
-           std::to_string(bytesLeft()) + " are left");
+      fail("cut short: " + counted(bytesLeft(), "byte") + " of compressed points instead of " +
+           std::to_string(compressedSize));
     if (size == productOf(header_.points, strideWithoutPadding()))
       dropPadding();  // PCL lists the padding and leaves it out
     if (size != productOf(header_.points, header_.stride()))
-      fail("its compressed points have " + std::to_string(size) + " bytes; its header states " +
-           std::to_string(header_.points) + " points of " + std::to_string(header_.stride()) + " bytes");
+      fail("its compressed points have " + counted(size, "byte") + "; its header states " +
+           counted(header_.points, "point") + " of " + counted(header_.stride(), "byte"));
     if (header_.points == 0) return;
     constexpr size_t kHighestRatio = 264;  // of LZF: 3 bytes stand for at most 264
     if (size / kHighestRatio > compressedSize) fail("its compressed points are damaged");

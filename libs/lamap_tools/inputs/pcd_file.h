@@ -19,6 +19,7 @@ struct PcdCloud
   std::vector<Eigen::Vector3d> points;
   /// How far a coordinate may be off, divided by its absolute value, because of the type of its field.
   double relativeError = 0;
+  bool isWhole = false;  ///< its coordinates are whole numbers by the type of a field: metres, as is assumed?
 };
 
 /** Reads a PCD file (versions .5 to .7; ascii, binary or binary_compressed; fields in any order and of any

@@ -4,6 +4,7 @@
 #include <lamap_tools/inputs/cloud_frame_watch.h>
 #include <lamap_tools/inputs/pcd_file.h>
 #include <lamap_tools/inputs/pcd_source.h>
+#include <lamap_tools/report/counted.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
@@ -57,8 +58,7 @@ PcdInput inputOf(const std::string& path)
     else
       input.files.push_back(file);
   }
-  const std::string left =
-      std::to_string(hidden) + " hidden files (their names begin with a dot) are no scans";
+  const std::string left = "left out: " + counted(hidden, "hidden file") + ", whose name begins with a dot";
   if (input.files.empty())
     throw std::runtime_error(path + ": a folder without .pcd files" + (hidden > 0 ? "; " + left : ""));
   if (hidden > 0) input.notes.push_back(left);
@@ -181,9 +181,9 @@ void takePosesInOrder(const std::vector<TimedPose>& poses, const std::string& po
   size_t files = 0;
   for (const PcdInput& input : inputs) files += input.files.size();
   if (poses.size() != files)
-    throw std::runtime_error(posesPath + ": holds " + std::to_string(poses.size()) +
-                             " poses, but there are " + std::to_string(files) +
-                             " PCD files; the k-th pose is for the k-th file, unless the names of the files "
+    throw std::runtime_error(posesPath + ": holds " + counted(poses.size(), "pose") + " for " +
+                             counted(files, "PCD file") +
+                             "; the k-th pose is for the k-th file, unless the names of the files "
                              "are the times of poses, e.g. 1305031102.175304.pcd");
   auto next = poses.begin();
   for (PcdInput& input : inputs)
@@ -212,6 +212,7 @@ class PcdSource : public ScanSource
   {
     CloudFrameWatch watch;
     std::vector<std::string> paths;
+    std::vector<std::string> wholeFiles;  ///< whose coordinates are whole numbers
   };
 
   /// @param isLast  and tells what was seen of all
@@ -222,7 +223,7 @@ class PcdSource : public ScanSource
         inSensorFrame_(options.cloudFrame == CloudFrame::Sensor),
         sensorOrigin_(options.sensorOrigin),
         shared_(std::move(shared)),
-        tellsSuspicion_(isLast)
+        tellsOfAll_(isLast)
   {
     expectedItems_ = files_.size();
     contents_.sensors = {kPcdFile};
@@ -250,7 +251,11 @@ class PcdSource : public ScanSource
         damages_.push_back(text.rfind(own, 0) == 0 ? text.substr(own.size()) : text);
       }
     }
-    if (std::exchange(tellsSuspicion_, false)) tellSuspicion();
+    if (std::exchange(tellsOfAll_, false))
+    {
+      tellSuspicion();
+      tellWholeFiles();
+    }
     return std::nullopt;
   }
 
@@ -265,9 +270,18 @@ class PcdSource : public ScanSource
       jointNotes_.push_back(firstFewOf(shared_->paths) + ": " + *suspicion);
   }
 
+  void tellWholeFiles()
+  {
+    if (shared_->wholeFiles.empty()) return;
+    jointNotes_.push_back(firstFewOf(shared_->wholeFiles) +
+                          ": whole numbers (TYPE I or U) as x, y or z are taken to be metres; if they are "
+                          "millimetres, say, convert them first");
+  }
+
   PointScan scanOf(size_t i)
   {
     const PcdCloud cloud = readPcdFile(files_[i]);
+    if (cloud.isWhole) shared_->wholeFiles.push_back(files_[i]);
     const Eigen::Isometry3d frame =
         poses_.empty() ? viewpointOf(cloud, files_[i]) : isometryOf(poses_[i]->pose_map);
     PointScan points{kPcdFile, {}};
@@ -318,7 +332,7 @@ class PcdSource : public ScanSource
   bool inSensorFrame_;
   Eigen::Vector3d sensorOrigin_;
   std::shared_ptr<Shared> shared_;
-  bool tellsSuspicion_;
+  bool tellsOfAll_;
   size_t next_ = 0;
 };
 }  // namespace
@@ -345,7 +359,7 @@ std::vector<std::unique_ptr<ScanSource>> openPcdSources(const std::vector<std::s
     }
   }
   const auto shared =
-      std::make_shared<PcdSource::Shared>(PcdSource::Shared{CloudFrameWatch(options.cloudFrame), paths});
+      std::make_shared<PcdSource::Shared>(PcdSource::Shared{CloudFrameWatch(options.cloudFrame), paths, {}});
   std::vector<std::unique_ptr<ScanSource>> sources;
   for (PcdInput& input : inputs)
     sources.push_back(

@@ -1,5 +1,6 @@
 #include <lamap_mrpt/observations/isometry.h>
 #include <lamap_tools/inputs/pose_track.h>
+#include <lamap_tools/report/counted.h>
 
 #include <algorithm>
 #include <cmath>
@@ -118,14 +119,14 @@ std::vector<TimedPose> readPoseFile(const std::string& path)
     const std::vector<double> columns = numbersOf(line, place);
     const size_t count = columns.size();
     if (count != 4 && count != 7 && count != 8 && count != kKittiColumns)
-      throw std::runtime_error(place + ": " + std::to_string(count) +
-                               " columns; expected 8 (TUM: time tx ty tz qx qy qz qw), 7 (MRPT: time x y z "
+      throw std::runtime_error(place + ": " + counted(count, "column") +
+                               "; expected 8 (TUM: time tx ty tz qx qy qz qw), 7 (MRPT: time x y z "
                                "yaw pitch roll), 4 (MRPT: time x y phi) or 12 (KITTI: a 3x4 matrix, row by "
                                "row)");
     if (columnCount == 0) columnCount = count;
     if (count != columnCount)
-      throw std::runtime_error(place + ": " + std::to_string(count) +
-                               " columns where the lines before have " + std::to_string(columnCount));
+      throw std::runtime_error(place + ": " + counted(count, "column") + " where the lines before have " +
+                               std::to_string(columnCount));
     if (count == kKittiColumns)
     {
       poses.push_back({INVALID_TIMESTAMP, poseOfColumns(columns, place)});

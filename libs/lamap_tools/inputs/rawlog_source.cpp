@@ -2,6 +2,7 @@
 
 #include <lamap_mrpt/files/byte_stream.h>
 #include <lamap_tools/inputs/rawlog_file.h>
+#include <lamap_tools/report/counted.h>
 #include <mrpt/core/format.h>
 #include <mrpt/math/TPose2D.h>
 #include <mrpt/obs/CActionCollection.h>
@@ -327,8 +328,9 @@ std::optional<std::string> whyNoOverlap(const Survey& survey, const PoseTrack& t
   const auto& times = survey.observationTimes;
   if (times.empty() || overlaps(survey, track)) return std::nullopt;
   const auto [first, last] = std::minmax_element(times.begin(), times.end());
-  return "none of its " + std::to_string(times.size()) + " observations, at " +
-         spanText(timeFrom(*first), timeFrom(*last)) + " since 1970, lies within the time of the poses, " +
+  return "of its " + counted(times.size(), "observation") + ", at " +
+         spanText(timeFrom(*first), timeFrom(*last)) +
+         " since 1970, none lies within the time of the poses, " +
          spanText(track.poses().front().time, track.poses().back().time);
 }
 
@@ -353,8 +355,8 @@ std::vector<TimedPose> posesOfSteps(const std::string& path, const PoseTrack& st
         ": the poses that were given have numbers of steps (0, 1, 2, ...) instead of times, as in icp-slam's "
         "log_estimated_path.txt. That works where there is one for each frame after an action, or for each "
         "observation of a log without frames; here are " +
-        std::to_string(steps.poses().size()) + " poses and " + std::to_string(times.size()) +
-        " such steps. Build from the .simplemap instead that icp-slam wrote beside that file: "
+        counted(steps.poses().size(), "pose") + " and " + counted(times.size(), "such step") +
+        ". Build from the .simplemap instead that icp-slam wrote beside that file: "
         "-i _finalmap_.simplemap");
   std::vector<TimedPose> poses = steps.poses();
   for (size_t i = 0; i < poses.size(); ++i) poses[i].time = timeFrom(times[i]);
@@ -389,8 +391,8 @@ class RawlogSource : public ScanSource
       follow(std::make_shared<const PoseTrack>(survey.posesOfOdometry()), survey, "odometry");
       posesAreOdometry_ = true;
       if (survey.untimedOdometry > 0)
-        notes_.push_back(std::to_string(survey.untimedOdometry) +
-                         " CObservationOdometry without a valid time stamp are not used");
+        notes_.push_back("not used: " + std::to_string(survey.untimedOdometry) +
+                         " CObservationOdometry without a valid time stamp");
     }
     else if (survey.frames <= 1)
       stand("the log holds no poses; what it holds is taken at the origin");
@@ -434,8 +436,7 @@ class RawlogSource : public ScanSource
     const std::string remedy = "give --poses FILE, or --static if the robot stood still";
     const std::string odometry =
         std::to_string(survey.untimedOdometry) +
-        " CObservationOdometry, but none of them has a valid time stamp to tell when "
-        "it was made";
+        " CObservationOdometry, but without a valid time stamp to tell when it was made";
     const bool isUntimed = survey.untimedOdometry > 0;
     if (!isAllowed)
       throw std::runtime_error(
@@ -456,7 +457,7 @@ class RawlogSource : public ScanSource
 
   void follow(std::shared_ptr<const PoseTrack> track, const Survey& survey, const std::string& origin)
   {
-    notes_ = {std::to_string(track->poses().size()) + " poses from " + origin};
+    notes_ = {counted(track->poses().size(), "pose") + " from " + origin};
     if (const auto reason = whyNoOverlap(survey, *track))
     {
       if (mustOverlap_) throw std::runtime_error(path_ + ": " + *reason);
@@ -510,8 +511,8 @@ class RawlogSource : public ScanSource
     if (!pose)
     {
       notes_.resize(2);
-      notes_[1] = std::to_string(++heldPoses_) +
-                  " observations lie before the first or after the last pose and took that of their frame";
+      notes_[1] = counted(++heldPoses_, "observation") +
+                  " before the first or after the last pose took that of the frame";
     }
     return pose.value_or(step.actionPose_map);
   }

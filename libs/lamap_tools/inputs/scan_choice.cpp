@@ -3,6 +3,7 @@
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/scan_choice.h>
 #include <lamap_tools/inputs/scan_source.h>
+#include <lamap_tools/report/counted.h>
 
 #include <algorithm>
 #include <chrono>
@@ -205,15 +206,14 @@ std::string ScanChooser::untimedText() const
 void ScanChooser::requireTaken(const std::string& names) const
 {
   if (asked_ == 0 || taken_ > 0) return;
-  throw std::runtime_error(choice_.text() + ": selects none of the " + std::to_string(asked_) +
-                           " observations of " + names + untimedText() +
-                           "; `lamap info` shows its sensors and their times");
+  throw std::runtime_error(choice_.text() + ": selects none of " + counted(asked_, "observation") + " of " +
+                           names + untimedText() + "; `lamap info` shows its sensors and their times");
 }
 
 std::string ScanChooser::summary() const
 {
-  return std::to_string(taken_) + " of " + std::to_string(asked_) + " observations chosen by " +
-         choice_.text() + untimedText();
+  return std::to_string(taken_) + " of " + counted(asked_, "observation") + " chosen by " + choice_.text() +
+         untimedText();
 }
 
 }  // namespace lamap::tools

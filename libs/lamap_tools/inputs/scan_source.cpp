@@ -9,6 +9,7 @@
 #include <lamap_tools/inputs/pose_track.h>
 #include <lamap_tools/inputs/rawlog_source.h>
 #include <lamap_tools/inputs/simple_map_file.h>
+#include <lamap_tools/report/counted.h>
 #include <mrpt/img/CImage.h>
 #include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/obs/CRawlog.h>
@@ -83,7 +84,7 @@ class SimpleMapSource : public ScanSource
     for (size_t i = 0; i < map_.size(); ++i) expectedItems_ += compat::keyframeAt(map_, i).frame->size();
     for (size_t i = 0; i < map_.size(); ++i)
       for (const auto& observation : *compat::keyframeAt(map_, i).frame) contents_.include(*observation);
-    notes_.push_back(std::to_string(map_.size()) + " poses of the simple map");
+    notes_.push_back(counted(map_.size(), "pose") + " of the simple map");
   }
 
   [[nodiscard]] std::optional<ScanItem> nextOfAll() override

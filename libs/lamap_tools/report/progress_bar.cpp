@@ -1,3 +1,4 @@
+#include <lamap_tools/report/counted.h>
 #include <lamap_tools/report/progress_bar.h>
 #include <mrpt/core/format.h>
 
@@ -46,8 +47,8 @@ void ProgressBar::show(const Progress& progress, Clock::time_point now)
 
   const double seconds = std::chrono::duration<double>(now - begin_).count();
   const double rate = seconds > 0 ? static_cast<double>(progress.done) / seconds : 0;
-  std::string text = known ? mrpt::format("%zu of %zu %s", progress.done, progress.expected, unit_.c_str())
-                           : mrpt::format("%zu %s", progress.done, unit_.c_str());
+  std::string text = known ? std::to_string(progress.done) + " of " + counted(progress.expected, unit_)
+                           : counted(progress.done, unit_);
   if (rate > 0 && !known) text += mrpt::format(", %.1f per second", rate);
   if (rate > 0 && known)
   {

@@ -22,8 +22,8 @@ class ProgressBar
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// @param unit what is counted
-  ProgressBar(std::ostream& out, bool isTerminal, std::string unit = "scans")
+  /// @param unit what is counted, in the singular
+  ProgressBar(std::ostream& out, bool isTerminal, std::string unit = "scan")
       : out_(out), isTerminal_(isTerminal), unit_(std::move(unit))
   {
   }

@@ -12,6 +12,7 @@
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/pose_track.h>
+#include <lamap_tools/report/counted.h>
 #include <lamap_tools/simulate/simulated_log.h>
 #include <lamap_tools/simulate/simulated_truth.h>
 #include <mrpt/core/format.h>
@@ -154,7 +155,7 @@ std::vector<Pose> posesFromFile(const SimulateOptions& options, const SensorMode
     const auto count = static_cast<size_t>(*options.scans);
     if (count > poses.size())
       throw UsageError("--scans " + std::to_string(count) + ": " + options.trajectory + " has only " +
-                       std::to_string(poses.size()) + " poses");
+                       counted(poses.size(), "pose"));
     poses.resize(count);
   }
   return poses;
@@ -503,15 +504,16 @@ SimulateReport simulate(const SimulateOptions& options, const ProgressSink& prog
 
 void printReport(const SimulateReport& report, const SimulateOptions& options, std::ostream& out)
 {
-  out << options.world << ", seed " << options.seed << ": " << report.scans << " scans of a " << report.sensor
-      << " up to " << shortest(report.rangeMax_m) << " m, " << report.returns << " returns, "
-      << report.noReturns << " without";
+  out << options.world << ", seed " << options.seed << ": " << counted(report.scans, "scan") << " of a "
+      << report.sensor << " up to " << shortest(report.rangeMax_m) << " m, "
+      << counted(report.returns, "return") << ", " << report.noReturns << " without";
   if (report.lost > 0) out << "; " << report.lost << " got lost";
   out << "\n";
   if (!options.truthPaths.empty())
-    out << "truth of " << options.truthOf << ": " << report.freeCells << " free and " << report.occupiedCells
-        << " occupied cells of " << shortest(options.resolution_m) << " m\n";
-  if (!options.surfacePath.empty()) out << "surface: " << report.surfacePoints << " points\n";
+    out << "truth of " << options.truthOf << ": " << report.freeCells << " free and "
+        << counted(report.occupiedCells, "occupied cell") << " of " << shortest(options.resolution_m)
+        << " m\n";
+  if (!options.surfacePath.empty()) out << "surface: " << counted(report.surfacePoints, "point") << "\n";
   for (const std::string& path : report.files) out << "  " << path << "\n";
 }
 
