@@ -284,7 +284,8 @@ TEST(Octree, GetsASingleBeamAsThePointOfItsEcho)
   ping->resizeScan(1);
   ping->setScanRange(0, 2.05F);
   ping->setScanRangeValidity(0, true);
-  inserter.insert(ObservedScan{ping, mrpt::poses::CPose3D(1, 0.05, 0.05, 0, 0, 0)});
+  const ScanItem item = ObservedScan{ping, mrpt::poses::CPose3D(1, 0.05, 0.05, 0, 0, 0)};
+  inserter.insert(item);
   EXPECT_EQ(inserter.tally().usedCount(), 1U);
   double prob = 0;
   ASSERT_TRUE(map.getPointOccupancy(3.05F, 0.05F, 0.05F, prob));
