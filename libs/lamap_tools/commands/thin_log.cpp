@@ -288,7 +288,7 @@ void printReport(const ThinReport& report, const ThinOptions& options, std::ostr
 {
   if (!report.choice.empty()) out << "  " << report.choice << "\n";
   for (const auto& [name, count] : report.thinned)
-    out << "  every " << options.every << ". ray of " << count << " " << name << "\n";
+    out << "  one ray in " << options.every << " of " << count << " " << name << "\n";
   for (const auto& [name, count] : report.asTheyAre) out << "  as they are: " << count << " " << name << "\n";
   out << (report.saved ? "saved to " + options.outPath : std::string("nothing is saved")) << "\n";
 }
