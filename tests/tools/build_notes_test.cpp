@@ -291,6 +291,7 @@ TEST_F(Notes, PhantomShellsAreNamedUnlessSomethingLimitsTheRange)
   }
   EXPECT_TRUE(notesOf({log}, {"insertOpts.maxRange=9"}).empty());
   EXPECT_EQ(notesOf({log}, {"insertOpts.maxRange=20"}).size(), 1U) << "beyond the shell";
+  EXPECT_EQ(notesOf({log}, {"insertOpts.maxRange=9.5"}).size(), 1U) << "rounded to either side of the range";
   EXPECT_TRUE(notesOf({simpleMapOf(cloud(at(0), 3, varied))}).empty());
 
   InputOptions info;

@@ -99,7 +99,7 @@ std::string phantomShellNote(const std::string& path, const std::string& sensor,
   return path + ": " + sensor +
          mrpt::format(
              ": many returns of a scan lie at the same longest range, %.2f m, and neither "
-             "the log nor the map limits it. If the sensor writes so what it does not "
+             "the log nor the map has a limit below it. If the sensor writes so what it does not "
              "see, they make a phantom shell; below it, insertOpts.maxRange leaves only "
              "free space there: -s insertOpts.maxRange=%.3g",
              range_m, 0.99 * range_m);
@@ -277,7 +277,9 @@ std::optional<std::string> BuildNotes::shellNote(const std::string& name, const 
 {
   const auto shell_m = sensor.shells.nearest_m();
   const double maxRange_m = maxRangeOf(map_);
-  if (!shell_m || (maxRange_m > 0 && maxRange_m < *shell_m)) return std::nullopt;
+  // The returns of a shell at maxRange itself are rounded to either side of it: half of them are hits.
+  constexpr double kSame = 0.999;
+  if (!shell_m || (maxRange_m > 0 && maxRange_m < kSame * *shell_m)) return std::nullopt;
   return phantomShellNote(log.source->path(), name, *shell_m);
 }
 
