@@ -44,16 +44,17 @@ OptionTableOf<Self>& addPlanarOptions(OptionTableOf<Self>& table)
       .onlyWhere({"planarHeight"}, {{"planar", {"true"}}});
 }
 
-/// freeResolution, freeMargin. @param usualCells what freeResolution is while it is left empty
+/// freeResolution, freeMargin. @param usualCells, usualMargin_cells what they are while they are left empty
 template <typename Self>
-OptionTableOf<Self>& addFreeSampleOptions(OptionTableOf<Self>& table, double usualCells)
+OptionTableOf<Self>& addFreeSampleOptions(OptionTableOf<Self>& table, double usualCells,
+                                          double usualMargin_cells)
 {
   // A point every thousandth of a cell is a mistake in the unit, and would not end.
   return table
       .add("freeResolution", &Self::freeResolution,
            metres().above(0).to(kMetresMost).atLeastCells(1e-3).usuallyCells(usualCells),
            "distance between free points on a ray")
-      .add("freeMargin", &Self::freeMargin, metres().from(0).to(kMetresMost).usuallyCells(1),
+      .add("freeMargin", &Self::freeMargin, metres().from(0).to(kMetresMost).usuallyCells(usualMargin_cells),
            "no free point is closer than this to its ray's hit");
 }
 
@@ -80,8 +81,7 @@ OptionTableOf<Self>& addWidthOptions(OptionTableOf<Self>& table)
   return table
       .add("beamWidth", &Self::beamWidth, oneOf({"none", "observation", "spacing"}),
            "how wide training points are: as narrow as a cell, as the observation's beams, or that and a "
-           "quarter "
-           "of the distance to the neighbouring beams")
+           "fifth of the distance to the neighbouring beams")
       .add("usePoseCovariance", &Self::usePoseCovariance, plain(),
            "points are as uncertain as the pose that their observation comes with");
 }

@@ -319,7 +319,8 @@ void Sampler::Workspace::collectFan(const Scan& scan, const RayFan& fan, const S
   {
     const Eigen::Vector3d ray = end - *origin;
     const double length = ray.norm();
-    const double margin = hasHit ? inCells.margin : 0.0;
+    // A free point that is wide says something of its ray's hit.
+    const double margin = hasHit ? std::max(inCells.margin, angle * length) : 0.0;
     if (!(length > 0)) return 0.0;
     const Eigen::Vector3d direction = ray / length;
     const RayWidth width = widths.any() ? widths.along(angle, direction) : RayWidth{};
