@@ -2,11 +2,14 @@
 
 #include <lamap_tools/files/point_list.h>
 #include <lamap_tools/files/text_fields.h>
+#include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/scores/score_report.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <csignal>
+#include <string_view>
+#include <tuple>
 #include <utility>
 
 namespace lamap::app
@@ -70,6 +73,45 @@ void prepareChoice(const ChoiceArguments& arguments, tools::ScanChoice& choice)
   if (!arguments.to.empty()) choice.to = tools::LogTime("--to", arguments.to);
 }
 
+namespace
+{
+/// Adds the options for `.csv` files that hold pings. @return these options
+std::vector<CLI::Option*> addPingOptions(CLI::App& command, LogArguments& arguments, tools::PingRules& rules)
+{
+  return {
+      command.add_option("--ping-beam", arguments.pingBeam,
+                         "Of pings in a .csv: opening angles of the beam [degrees], width or width,height"),
+      command
+          .add_option("--ping-angles", rules.azimuthUnit,
+                      "Unit of their azimuths: degrees (default), radians or gradians")
+          ->transform(oneOf<tools::AngleUnit>({{"degrees", tools::AngleUnit::Degrees},
+                                               {"radians", tools::AngleUnit::Radians},
+                                               {"gradians", tools::AngleUnit::Gradians}})),
+      command.add_option("--ping-threshold", arguments.pingThreshold,
+                         "Least intensity of an echo, or two: near the sensor,at the maximum range; "
+                         "default: half of the file's highest"),
+      command.add_option("--ping-dead-zone", rules.deadZone_m, "No echo is nearer than this [m]"),
+      command.add_option("--ping-separation", rules.separation_m,
+                         "Of two echoes nearer to each other than this [m], the stronger counts"),
+      command.add_option("--ping-echoes", rules.mostEchoes, "Use this many echoes of a ping, the nearest")};
+}
+
+/// One number, which then stands for both, or two.
+std::pair<double, double> oneOrTwoNumbers(const std::string& flag, const std::string& text)
+{
+  std::vector<double> numbers;
+  for (const std::string_view field : tools::fieldsBetween(text, ","))
+  {
+    const auto number = tools::numberIn<double>(field);
+    if (!number)
+      throw tools::UsageError(flag + " " + text + ": must be a number, or two separated by a comma");
+    numbers.push_back(*number);
+  }
+  if (numbers.size() > 2) throw tools::UsageError(flag + " " + text + ": must be at most two numbers");
+  return {numbers.front(), numbers.back()};
+}
+}  // namespace
+
 std::vector<CLI::Option*> addInputOptions(CLI::App& command, LogArguments& arguments,
                                           tools::InputOptions& inputs)
 {
@@ -80,8 +122,9 @@ std::vector<CLI::Option*> addInputOptions(CLI::App& command, LogArguments& argum
            "--poses", inputs.posesPath,
            "Poses to use instead of the log's (TUM or KITTI format, or MRPT's path text); for PCD files, by "
            "the times that their names are, else one per file"),
-       command.add_option("--sensor-origin", arguments.sensorOrigin,
-                          "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT [m]"),
+       command.add_option(
+           "--sensor-origin", arguments.sensorOrigin,
+           "x,y,z of the sensor in the frame of a PCD file's VIEWPOINT, or of the robot for pings [m]"),
        command
            .add_option(
                "--cloud-frame", inputs.cloudFrame,
@@ -89,8 +132,11 @@ std::vector<CLI::Option*> addInputOptions(CLI::App& command, LogArguments& argum
                "the map")
            ->transform(oneOf<tools::CloudFrame>(
                {{"map", tools::CloudFrame::Map}, {"sensor", tools::CloudFrame::Sensor}})),
-       command.add_flag("--static", inputs.standingStill, "For rawlogs: the robot stood still at the origin"),
+       command.add_flag("--static", inputs.standingStill,
+                        "For rawlogs and pings: the robot stood still at the origin"),
        addAllowTruncated(command, arguments.allowTruncated)});
+  const std::vector<CLI::Option*> ofPings = addPingOptions(command, arguments, inputs.pings);
+  options.insert(options.end(), ofPings.begin(), ofPings.end());
   return options;
 }
 
@@ -117,6 +163,11 @@ void prepareInputs(const LogArguments& arguments, tools::InputOptions& inputs)
     const auto origin = tools::parsePoint(arguments.sensorOrigin);
     inputs.sensorOrigin = {origin.x, origin.y, origin.z};
   }
+  if (!arguments.pingBeam.empty())
+    std::tie(inputs.pings.beamWidth_deg, inputs.pings.beamHeight_deg) =
+        oneOrTwoNumbers("--ping-beam", arguments.pingBeam);
+  if (!arguments.pingThreshold.empty())
+    inputs.pings.threshold = oneOrTwoNumbers("--ping-threshold", arguments.pingThreshold);
   prepareChoice(arguments.choice, inputs.choice);
   catchStopSignals();
   inputs.shouldStop = stopRequested;

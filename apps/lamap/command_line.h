@@ -53,6 +53,8 @@ struct LogArguments
 {
   ChoiceArguments choice;
   std::string sensorOrigin;
+  std::string pingBeam;
+  std::string pingThreshold;
   bool allowTruncated = false;
 };
 

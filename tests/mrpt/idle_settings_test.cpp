@@ -29,6 +29,8 @@ struct Idle
   Settings others;
 };
 
+const Settings kLines = {{"insertOpts.beamWidth", "none"}};
+
 template <typename Map>
 std::vector<Idle> idleSettings();
 
@@ -40,7 +42,8 @@ std::vector<Idle> idleSettings<CBGKMap>()
   return {{"creationOpts.planarHeight", "0.5", {}},     {"insertOpts.freeResolution", "0.35", line},
           {"insertOpts.freeMargin", "0.5", none},       {"insertOpts.freeWeight", "0.25", none},
           {"insertOpts.protectHits", "1", none},        {"insertOpts.freeDownsampling", "0.5", {}},
-          {"insertOpts.freeDownsampling", "0.6", line}, {"insertOpts.hitDownsampling", "0.5", {}}};
+          {"insertOpts.freeDownsampling", "0.6", line}, {"insertOpts.hitDownsampling", "0.5", {}},
+          {"insertOpts.echoWeight", "0.5", kLines},     {"insertOpts.noEchoWeight", "0.5", kLines}};
 }
 
 template <>
@@ -54,6 +57,8 @@ std::vector<Idle> idleSettings<CGPMap>()
           {"insertOpts.freeDownsampling", "0.5", {}},
           {"insertOpts.hitDownsampling", "0.5", {}},
           {"insertOpts.freeDownsampling", "0.35", none},
+          {"insertOpts.echoWeight", "0.5", kLines},
+          {"insertOpts.noEchoWeight", "0.5", kLines},
           {"insertOpts.varianceThreshold", "0.02", {{"creationOpts.fusion", "bayes"}}}};
 }
 
@@ -61,7 +66,8 @@ std::vector<Idle> idleSettingsOfHilbertMaps(const Settings& descent)
 {
   return {{"creationOpts.planarHeight", "0.5", {}}, {"creationOpts.components", "20", {}},
           {"creationOpts.seed", "7", {}},           {"insertOpts.iterations", "2", descent},
-          {"insertOpts.alpha", "0.01", {}},         {"insertOpts.epochs", "1", {}}};
+          {"insertOpts.alpha", "0.01", {}},         {"insertOpts.epochs", "1", {}},
+          {"insertOpts.echoWeight", "0.5", kLines}, {"insertOpts.noEchoWeight", "0.5", kLines}};
 }
 
 template <>

@@ -814,6 +814,47 @@ TEST(RaysOfRange, EachMeasurementIsAFanFromItsOwnSensorPose)
 }
 
 // ------------------------------------------------------------------------------------------------------
+// beams and echoes
+
+TEST(RaysOfWideBeams, HaveTheApertureThatIsStated)
+{
+  const auto halfWidthOf = [](double aperture_rad)
+  {
+    auto scan2D = scanOf({2});
+    scan2D.beamAperture = static_cast<float>(aperture_rad);
+    const lamap::Beam beam = raysOf(scan2D, CPose3D())->fans.at(0).beam;
+    EXPECT_EQ(beam.halfHeight_rad, beam.halfWidth_rad);
+
+    mrpt::obs::CObservationRange ranges;
+    lamap::compat::setConeAperture(ranges, aperture_rad);
+    ranges.sensedData.emplace_back().sensedDistance = 2;
+    EXPECT_EQ(raysOf(ranges, CPose3D())->fans.at(0).beam, beam);
+    return beam.halfWidth_rad;
+  };
+  EXPECT_NEAR(halfWidthOf(0.25), 0.125, 1e-9);
+  EXPECT_NEAR(halfWidthOf(3.1), 1.55, 1e-7);
+  for (const double none : {0.0, -0.25, M_PI, 7.0, static_cast<double>(kNaN)})
+    EXPECT_EQ(halfWidthOf(none), 0) << none;
+}
+
+TEST(RaysOfLaterEchoes, AreKnownByTheirLabel)
+{
+  const auto echoOf = [](const std::string& label)
+  {
+    auto scan = scanOf({2});
+    scan.sensorLabel = label;
+    return static_cast<int>(raysOf(scan, CPose3D())->fans.at(0).rays.at(0).echo);
+  };
+  EXPECT_EQ(echoOf("SONAR/echo1"), 0);
+  EXPECT_EQ(echoOf("SONAR/echo2"), 1);
+  EXPECT_EQ(echoOf("bow/echo1/echo12"), 11);
+  EXPECT_EQ(echoOf("SONAR/echo256"), 255);
+  EXPECT_EQ(echoOf("SONAR/echo99999999999"), 255);
+  for (const char* first : {"", "SONAR", "/echo", "SONAR/echo0", "SONAR/echo-1", "SONAR/echo2b", "echo2"})
+    EXPECT_EQ(echoOf(first), 0) << first;
+}
+
+// ------------------------------------------------------------------------------------------------------
 // anything
 
 TEST(RaysOf, NothingForOtherObservations)

@@ -37,6 +37,7 @@ const Settings kBatchNystroem{{"creationOpts.features", "nystroem"}, {"creationO
 const Settings kDescent{{"insertOpts.solver", "sgdL2"}, {"insertOpts.alpha", "0.01"}};
 const Settings kSgd{
     {"creationOpts.training", "sgd"}, {"insertOpts.solver", "sgdL2"}, {"insertOpts.alpha", "0.01"}};
+const Settings kCones{{"insertOpts.beamWidth", "observation"}};
 const std::string kBgk = "bgkMap";
 const std::string kGp = "gpMap";
 const std::string kHilbert = "hilbertMap";
@@ -108,6 +109,8 @@ const std::vector<Change>& changes()
       {"beamWidth", "spacing"},
       // The beams of a small scan are near each other: only a narrow kernel tells their widths apart.
       {"beamWidth", "none", {{"insertOpts.kernelSupport", "0.1"}}, kBgk},
+      {"echoWeight", "0.5", kCones},
+      {"noEchoWeight", "0.5", kCones},
       {"usePoseCovariance", "true"},
       {"rangeStd", "0.2"},
       {"pointStd", "0.2"},
@@ -220,6 +223,7 @@ Map taughtAtAnUncertainPose(const Settings& settings)
   Map map = made<Map>(settings);
   map.insertObservationAt(roomScan(61), uncertain);
   map.insertScan(smallScan());
+  map.insertScan(coneScan());
   return map;
 }
 

@@ -58,6 +58,23 @@ inline mrpt::obs::CObservation2DRangeScan roomScan(size_t rays = 181)
   return scan;
 }
 
+/// Two pings of a wide beam: one with an echo, one without.
+inline lamap::Scan coneScan()
+{
+  lamap::Scan scan;
+  for (const double sideways : {-0.5, 0.5})
+  {
+    lamap::RayFan& fan = scan.fans.emplace_back();
+    fan.beam.halfWidth_rad = fan.beam.halfHeight_rad = 0.15;
+    fan.statedRangeMax_m = 2.5;
+    if (sideways > 0)
+      fan.addReturn({2, sideways, 0});
+    else
+      fan.add(lamap::RayEnd::NoReturn, {2, sideways, 0});
+  }
+  return scan;
+}
+
 /// The object as MRPT stores it.
 inline std::vector<uint8_t> bytesOf(const mrpt::serialization::CSerializable& object)
 {

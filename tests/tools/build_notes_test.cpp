@@ -214,6 +214,25 @@ TEST_F(Notes, PingsWithoutAnEchoAreScansWithoutAReturn)
       << notes[0];
 }
 
+TEST_F(Notes, AnOpeningAngleThatIsNoneIsNamed)
+{
+  const auto notesOn = [&](double aperture_deg)
+  {
+    auto scan = laser(at(0));
+    scan->beamAperture = static_cast<float>(aperture_deg * M_PI / 180);
+    return notesOf({simpleMapOf(scan)});
+  };
+  EXPECT_TRUE(notesOn(0).empty());
+  EXPECT_TRUE(notesOn(15).empty());
+  for (const double aperture_deg : {-5.0, 200.0, std::nan("")})
+  {
+    const auto notes = notesOn(aperture_deg);
+    ASSERT_EQ(notes.size(), 1U) << aperture_deg;
+    EXPECT_TRUE(contains(notes[0], "must be at least 0 and less than 180 degrees")) << notes[0];
+    EXPECT_TRUE(contains(notes[0], "taken for lines")) << notes[0];
+  }
+}
+
 TEST_F(Notes, NothingIsSaidOfPosesThatDoNotDrift)
 {
   writeLog(folder_ / "still.rawlog", {odometry(at(0), 0, 0, 0), laser(at(0)), odometry(at(2), 0, 0, 0)});

@@ -74,8 +74,9 @@ class PaddedRows
 
 }  // namespace
 
-CellStencil::CellStencil(const Kernel& kernel, double factor, bool planar)
-    : scale_(kernel.scale() * factor, offsetsWithin(kernel.support()))
+CellStencil::CellStencil(const Kernel& kernel, double factor, bool planar,
+                         const std::optional<WeightScale>& scale)
+    : scale_(scale.value_or(WeightScale(kernel.scale() * factor, offsetsWithin(kernel.support()))))
 {
   const double squaredSupport = kernel.support() * kernel.support();
   while (static_cast<double>(reach_ + 1) < kernel.support()) ++reach_;

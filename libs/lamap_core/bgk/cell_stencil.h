@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace lamap
@@ -41,7 +42,9 @@ class CellStencil
  public:
   /// @param kernel with its support in cells; @param factor on its weights, > 0; @param planar whether
   /// weights are limited to the layer
-  CellStencil(const Kernel& kernel, double factor, bool planar);
+  /// @param scale of the sums; nothing: one that fits them
+  CellStencil(const Kernel& kernel, double factor, bool planar,
+              const std::optional<WeightScale>& scale = std::nullopt);
 
   /// Largest offset along an axis with a positive weight [cells].
   [[nodiscard]] int reach() const { return reach_; }

@@ -71,7 +71,8 @@ bool addPoint(const WeightedKernels& weights, const PlacedPoint& point, const Bl
   const size_t level = weights.kernels.levelOf(point.width * point.width);
   const Eigen::Vector3d support = Eigen::Vector3d::Constant(weights.kernels.supportOf(level));
   return addBox(
-      weights, cellsBetween(point.place - support, point.place + support, block), block,
+      {weights.kernels, weights.factor * point.weight, weights.scale},
+      cellsBetween(point.place - support, point.place + support, block), block,
       [&](const Eigen::Vector3d& centre)
       { return std::make_pair(level, (centre - point.place).squaredNorm()); },
       sums);
@@ -130,7 +131,8 @@ bool addSegment(const WeightedKernels& weights, const FreeSegment& segment, cons
     CellBox box = cellsBetween(p.cwiseMin(q) - wider, p.cwiseMax(q) + wider, block);
     box.first[m] = slab;
     box.last[m] = slab;
-    any |= addBox(weights, box, block, placeOf, sums);
+    any |=
+        addBox({weights.kernels, weights.factor * segment.weight, weights.scale}, box, block, placeOf, sums);
   }
   return any;
 }

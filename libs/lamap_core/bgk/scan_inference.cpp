@@ -58,8 +58,14 @@ struct Weights
                 isPlanar),
         hitStencil(kernels.sharp(), 1.0, isPlanar)
   {
-    if (options.freeWeight > 0) freeStencil.emplace(kernels.sharp(), options.freeWeight, isPlanar);
-    if (freeStencil && !isPlanar && options.keepsUnseenSpace()) unseen.emplace(*freeStencil);
+    if (options.freeWeight > 0)
+    {
+      freeStencil.emplace(kernels.sharp(), options.freeWeight, isPlanar);
+      if (options.noEchoWeight > 0)
+        silentStencil.emplace(kernels.sharp(), options.freeWeight * options.noEchoWeight, isPlanar,
+                              freeStencil->scale());
+      if (!isPlanar && options.keepsUnseenSpace()) unseen.emplace(*freeStencil);
+    }
     if (!EvidenceTable::isTabulable(hitStencil)) return;
     if (freeStencil && !EvidenceTable::isTabulable(*freeStencil)) return;
     hitTable.emplace(hitStencil, isPlanar);
@@ -77,8 +83,9 @@ struct Weights
   KernelsByWidth kernels;
   CellStencil hitStencil;
   std::optional<CellStencil> freeStencil;
-  std::optional<UnseenSpace> unseen;      ///< missing: free evidence counts wherever it reaches
-  std::optional<EvidenceTable> hitTable;  ///< missing: the stencils cannot be tabulated
+  std::optional<CellStencil> silentStencil;  ///< its sums are in the unit of those of freeStencil
+  std::optional<UnseenSpace> unseen;         ///< missing: free evidence counts wherever it reaches
+  std::optional<EvidenceTable> hitTable;     ///< missing: the stencils cannot be tabulated
   std::optional<EvidenceTable> freeTable;
 };
 
@@ -90,7 +97,8 @@ std::optional<std::pair<CellIndex, CellIndex>> markedBox(const BlockMasks& masks
   int zLast = -1;
   for (int z = 0; z < kEdge; ++z)
   {
-    const uint64_t word = masks.hit[static_cast<size_t>(z)] | masks.free[static_cast<size_t>(z)];
+    const auto layer = static_cast<size_t>(z);
+    const uint64_t word = masks.hit[layer] | masks.free[layer] | masks.silent[layer];
     if (word == 0) continue;
     all |= word;
     zFirst = std::min(zFirst, z);
@@ -202,6 +210,7 @@ class BgkScanInference::Implementation
   BlockLists hitLists_;
   BlockLists freeLists_;
   BlockGroups groups_;
+  bool anySilent_ = false;  ///< of the scan's masks
   WideCells wideHits_;
   WideCells wideFree_;
   std::array<uint32_t, kScanBlockCells>
@@ -303,6 +312,8 @@ void BgkScanInference::Implementation::findTargets()
   hitLists_.clear();
   freeLists_.clear();
 
+  anySilent_ = std::any_of(training_->masks.begin(), training_->masks.end(),
+                           [](const BlockMasks& masks) { return masks.anySilent; });
   for (size_t i = 0; i < training_->masks.size(); ++i)
   {
     if (const auto box = markedBox(training_->masks[i]))
@@ -364,10 +375,10 @@ void BgkScanInference::Implementation::addTargetsAround(const std::vector<Placed
   const KernelsByWidth& kernels = weights_->kernels;
   for (size_t i = 0; i < points.size(); ++i)
   {
-    const auto& [place, width] = points[i];
+    const PlacedPoint& point = points[i];
     const Eigen::Vector3d reach =
-        Eigen::Vector3d::Constant(kernels.supportOf(kernels.levelOf(width * width)));
-    addTargetsBetween(place - reach, place + reach, lists, static_cast<uint32_t>(i));
+        Eigen::Vector3d::Constant(kernels.supportOf(kernels.levelOf(point.width * point.width)));
+    addTargetsBetween(point.place - reach, point.place + reach, lists, static_cast<uint32_t>(i));
   }
 }
 
@@ -533,12 +544,12 @@ Layers BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker)
                     });
       reached.include(layers);
     }
+    if (weights_->silentStencil && findMarked(&BlockMasks::silent, &BlockMasks::anySilent, worker))
+      reached.include(weights_->silentStencil->addUp(worker.neighbourhood, worker.free));
   }
-  else
-  {
+  if (!hitLists_.empty())
     reached.include(addPoints(training_->hitPoints, hitLists_.of(target),
-                              {weights_->kernels, 1.0, pointScale_}, placeOf(block), worker.occupied));
-  }
+                              {weights_->kernels, 1.0, occupiedScale_}, placeOf(block), worker.occupied));
   if (!freeLists_.empty())
   {
     const WeightedKernels weights{weights_->kernels, weights_->inference.freeWeight, pointScale_};
@@ -556,7 +567,7 @@ Layers BgkScanInference::Implementation::sumBlock(size_t target, Worker& worker)
 /// Whether inferByTable() may be used.
 bool BgkScanInference::Implementation::isTabulated(const BlockIndex& target, const BlockShape& shape) const
 {
-  return weights_->hitTable && weights_->inference.trainingPoints == TrainingPoints::Cells &&
+  return weights_->hitTable && !anySilent_ && weights_->inference.trainingPoints == TrainingPoints::Cells &&
          weights_->inference.freeSpace != FreeSpace::Line && shape.edge() == kEdge && hitLists_.empty() &&
          freeLists_.empty() && wideHits_.at(target) == nullptr && wideFree_.at(target) == nullptr;
 }

@@ -5,6 +5,7 @@
 #include <lamap_core/grid/block_lists.h>
 #include <lamap_core/grid/evidence_draft.h>
 #include <lamap_core/scan/open_space.h>
+#include <lamap_core/training/ray_widths.h>
 #include <lamap_core/training/sampler.h>
 #include <tbb/enumerable_thread_specific.h>
 
@@ -121,7 +122,7 @@ class GpScanInference::Implementation
   };
 
   void labelPoints(const TrainingSet& training);
-  [[nodiscard]] double noiseOfWidth(double width) const;
+  [[nodiscard]] double noiseOf(const TrainingPoint& point) const;
   void listHitCells(const TrainingSet& training);
   void formDataBlocks();
   void findTargets();
@@ -217,7 +218,7 @@ void GpScanInference::Implementation::labelPoints(const TrainingSet& training)
         const CellIndex local = cellOfLocal(point.place);
         const CellIndex cell{anchor_.x + local.x, anchor_.y + local.y, anchor_.z + local.z};
         labelled_.push_back(
-            {shape_.blockOf(cell), {point.place, point.occupied ? 1.0 : -1.0, noiseOfWidth(point.width)}});
+            {shape_.blockOf(cell), {point.place, point.occupied ? 1.0 : -1.0, noiseOf(point)}});
       });
   const auto orderOf = [](const Labelled& one)
   {
@@ -229,13 +230,15 @@ void GpScanInference::Implementation::labelPoints(const TrainingSet& training)
             [&](const Labelled& a, const Labelled& b) { return orderOf(a) < orderOf(b); });
 }
 
-/** What an uncertain place adds to the noise of a label: the variance of the place along each axis times that
- * of the slope, which is 3σ_f²/l² for the Matérn covariance with ν = 3/2. @param width [cells] */
-double GpScanInference::Implementation::noiseOfWidth(double width) const
+/** What a point adds to the noise of its label. A weight w makes it σ_n²/w, as w labels of this noise have it
+ * together. An uncertain place adds its variance along each axis times that of the slope, which is 3σ_f²/l²
+ * for the Matérn covariance with ν = 3/2. @param point [cells] */
+double GpScanInference::Implementation::noiseOf(const TrainingPoint& point) const
 {
   const double slope = 3 * structure_.signalVariance * structure_.resolution * structure_.resolution /
                        (inference_.lengthScale * inference_.lengthScale);
-  return (structure_.planar ? 2 : 3) * slope * width * width;
+  const double ofWidth = (structure_.planar ? 2 : 3) * slope * point.width * point.width;
+  return ofWidth + structure_.noiseVariance * (1 / point.weight - 1);
 }
 
 void GpScanInference::Implementation::listHitCells(const TrainingSet& training)
@@ -446,21 +449,30 @@ void GpScanInference::Implementation::listViews(const SelectedRays& rays, const 
   {
     const auto origin = frame.toLocal(scan.inMap(fan.centre));
     if (!origin || fan.rays.empty()) continue;
+    const BeamCone cone = coneOf(scan, fan, inference_.beamWidth, planar);
     std::vector<Eigen::Vector3d> ends;
     ends.reserve(fan.rays.size());
+    std::vector<Eigen::Vector3d> bundle;
     for (const Ray& ray : fan.rays)
     {
-      const Eigen::Vector3d end = fan.directionOf(ray);
-      ends.push_back(planar ? scan.turnedToMap(end) : end);
-      if (planar) ends.back().z() = 0;
+      cone.spreadByAngle(fan.directionOf(ray), bundle);
+      for (const Eigen::Vector3d& end : bundle)
+      {
+        ends.push_back(planar ? scan.turnedToMap(end) : end);
+        if (planar) ends.back().z() = 0;
+      }
     }
     views_.push_back({*origin, OpenSpace::between(ends)});
   }
 }
 
-/// Whether a ray passes through a cell, or the rays on all its sides reach farther.
+/// Whether a ray passes through a cell, or the rays on all its sides reach farther. Not so of one that the
+/// echo of a wide beam may have come from.
 bool GpScanInference::Implementation::isSeenFree(const CellIndex& local) const
 {
+  const bool isInCap =
+      training_->isIn(&BlockMasks::protectedHit, local) && !training_->isIn(&BlockMasks::ended, local);
+  if (isInCap) return false;
   if (training_->holdsFree(local)) return true;
   const Eigen::Vector3d centre(local.x + 0.5, local.y + 0.5, local.z + 0.5);
   return std::any_of(views_.begin(), views_.end(),

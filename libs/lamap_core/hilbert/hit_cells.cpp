@@ -72,7 +72,7 @@ void HitCells::takeVotes(const TrainingSet& scan, const CellIndex& anchor)
       continue;
     const BlockMasks& masks = scan.masks[number];
     for (size_t z = 0; z < kEdge; ++z)
-      for (uint64_t rest = scan.freeInLayer(number, z) & ~masks.ended[z]; rest != 0; rest &= rest - 1)
+      for (uint64_t rest = scan.freeInLayer(number, z) & ~masks.protectedHit[z]; rest != 0; rest &= rest - 1)
       {
         const int bit = __builtin_ctzll(rest);
         const CellIndex cell{first.x + bit % kEdge, first.y + bit / kEdge, first.z + static_cast<int>(z)};

@@ -112,7 +112,7 @@ RayCounts HilbertMap::insert(const Scan& scan, const HilbertInference& inference
                                  structure_.planar);
   if (!sampling_) sampling_ = std::make_unique<Sampling>();
   const TrainingSet& taught =
-      sampling_->sampler.sample(rays, inference.rules(inference.beamWidth), frame->cells, {}, 1);
+      sampling_->sampler.sample(rays, inference.rules(inference), frame->cells, {}, 1);
   HilbertTrainingSet& set = sampling_->set;
   set.clear();
   set.append(taught, *frame);

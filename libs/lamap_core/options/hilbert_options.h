@@ -58,7 +58,7 @@ OptionTableOf<Self>& addSolverOptions(OptionTableOf<Self>& table)
       .template include<typename Self::DescentOptions>();
 }
 
-/// beamWidth, usePoseCovariance, rangeStd, pointStd
+/// beamWidth, echoWeight, noEchoWeight, usePoseCovariance, rangeStd, pointStd
 template <typename Self>
 OptionTableOf<Self>& addUncertaintyOptions(OptionTableOf<Self>& table)
 {

@@ -74,16 +74,22 @@ OptionTableOf<Self>& addTrainingPointOptions(OptionTableOf<Self>& table)
       .onlyWhere({"freeDownsampling", "hitDownsampling"}, {{"trainingPoints", {"centroids"}}});
 }
 
-/// beamWidth, usePoseCovariance
+/// beamWidth, echoWeight, noEchoWeight, usePoseCovariance
 template <typename Self>
 OptionTableOf<Self>& addWidthOptions(OptionTableOf<Self>& table)
 {
   return table
       .add("beamWidth", &Self::beamWidth, oneOf({"none", "observation", "spacing"}),
-           "how wide training points are: as narrow as a cell, as the observation's beams, or that and a "
-           "fifth of the distance to the neighbouring beams")
+           "what is taken into account of how wide beams are: nothing; the cones and the errors of ranges "
+           "that the observation states; or that and the distance to the neighbouring beams")
+      .add("echoWeight", &Self::echoWeight, plain().above(0).to(1e3),
+           "most that the echo of a beam wider than a cell weighs, in hits; its cap's cells share it")
+      .add("noEchoWeight", &Self::noEchoWeight, plain().from(0).to(1),
+           "weight of the free space of beams wider than a cell that have no return, as a share of "
+           "freeWeight; 0: it says nothing")
       .add("usePoseCovariance", &Self::usePoseCovariance, plain(),
-           "points are as uncertain as the pose that their observation comes with");
+           "points are as uncertain as the pose that their observation comes with")
+      .onlyWhere({"echoWeight", "noEchoWeight"}, {{"beamWidth", {"observation", "spacing"}}});
 }
 
 /// freeThreshold, occupiedThreshold, of a StateThresholds member `thresholds`

@@ -84,19 +84,21 @@ class FanMover
     moved.centre = sensor_.place(fan.centre);
     moved.statedRangeMax_m = fan.statedRangeMax_m;
     moved.beam = fan.beam;
+    moved.beam.up = sensor_.turned(fan.beam.up);
     moved.rays.reserve(fan.rays.size());
     for (const Ray& ray : fan.rays)
     {
       if (ray.meaning != RayEnd::Return) continue;
       const Eigen::Vector3d end = sensor_.place(ray.end);
-      if (isUsable(moved.centre, end, end - moved.centre, counts_.hits)) moved.addReturn(end);
+      if (isUsable(moved.centre, end, end - moved.centre, counts_.hits))
+        moved.rays.push_back({end, RayEnd::Return, ray.echo});
     }
     for (const Ray& ray : fan.rays)
     {
       if (ray.meaning == RayEnd::Return) continue;
       const Eigen::Vector3d turned = sensor_.turned(ray.end);
       if (isUsable(moved.centre, moved.centre + turned, turned, counts_.freeOnly))
-        moved.add(RayEnd::Cut, turned);
+        moved.rays.push_back({turned, ray.meaning, ray.echo});
     }
     return moved;
   }

@@ -12,8 +12,7 @@ namespace lamap
 /// The usable rays of a scan in a model's frame.
 struct ModelScan
 {
-  /// Its pose is the identity, because its frame is the model's. Of each fan the returns come first, then the
-  /// others, all as Cut.
+  /// Its pose is the identity, because its frame is the model's. Of each fan the returns come first.
   SelectedRays rays;
   /// How sure the places of its points are, in the model's frame; empty: certain.
   std::optional<HilbertUncertainty> uncertainty;

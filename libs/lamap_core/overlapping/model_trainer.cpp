@@ -1,4 +1,5 @@
 #include <lamap_core/overlapping/model_trainer.h>
+#include <lamap_core/training/ray_widths.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +10,11 @@ namespace lamap
 namespace
 {
 /// The views of several scans; fans from the same place share one.
-std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldRules& rules, bool planar)
+std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldRules& rules,
+                               BeamWidth beamWidth, bool planar)
 {
   std::vector<DepthView> views;
+  std::vector<Eigen::Vector3d> bundle;
   for (const ModelScan& scan : scans)
     for (const RayFan& fan : scan.rays.scan.fans)
     {
@@ -24,19 +27,30 @@ std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldR
           { return view.image().sensor == fan.centre && view.image().rangeMax_m == rangeMax_m; });
       DepthView& view =
           same != views.end() ? *same : views.emplace_back(fan.centre, rangeMax_m, rules, planar);
-      for (const Ray& ray : fan.rays) view.addRay(fan.directionOf(ray));
+      const BeamCone cone = coneOf(scan.rays.scan, fan, beamWidth, planar);
+      for (const Ray& ray : fan.rays)
+      {
+        cone.spreadByAngle(fan.directionOf(ray), bundle);
+        for (const Eigen::Vector3d& each : bundle) view.addRay(each);
+      }
     }
   for (DepthView& view : views) view.finish();
   return views;
 }
 
-std::vector<Eigen::Vector3f> hitsOf(const std::vector<ModelScan>& scans)
+/// Where narrow rays ended; the echo of a wide beam may have come from elsewhere.
+std::vector<Eigen::Vector3f> hitsOf(const std::vector<ModelScan>& scans, BeamWidth beamWidth,
+                                    const ModelShape& shape)
 {
   std::vector<Eigen::Vector3f> hits;
   for (const ModelScan& scan : scans)
     for (const RayFan& fan : scan.rays.scan.fans)
+    {
+      const BeamCone cone = coneOf(scan.rays.scan, fan, beamWidth, shape.planar);
       for (const Ray& ray : fan.rays)
-        if (ray.meaning == RayEnd::Return) hits.push_back(ray.end.cast<float>());
+        if (ray.meaning == RayEnd::Return && !cone.isWide(fan.directionOf(ray), shape.resolution_m))
+          hits.push_back(ray.end.cast<float>());
+    }
   return hits;
 }
 
@@ -103,11 +117,11 @@ std::optional<HilbertModel> HilbertModelTrainer::train(const std::vector<ModelSc
 
   HilbertModel model;
   setBox(set, inference.boxQuantile, shape.resolution_m, model);
-  model.views =
-      viewsOf(scans, {inference.fieldNear, inference.fieldDepth, inference.fieldAngle}, shape.planar);
+  model.views = viewsOf(scans, {inference.fieldNear, inference.fieldDepth, inference.fieldAngle},
+                        inference.beamWidth, shape.planar);
   model.fieldWeight = inference.fieldWeight;
   model.scans = static_cast<uint32_t>(scans.size());
-  if (inference.rules().protectHits > 0) model.hits = hitsOf(scans);
+  if (inference.rules().protectHits > 0) model.hits = hitsOf(scans, inference.beamWidth, shape);
   if (shape.compact())
     trainCompact(set, shape, structure, inference, workers, model);
   else

@@ -75,7 +75,7 @@ void OverlappingStructure::validate() const
 
 SamplingRules OverlappingInference::rules() const
 {
-  SamplingRules rules = HilbertSampling::rules(beamWidth);
+  SamplingRules rules = HilbertSampling::rules(*this);
   rules.keepGlancingSurfaces = false;
   return rules;
 }

@@ -37,14 +37,15 @@ struct Ray
 /// What a single ray stands for: a cone around it, and how well its length is known. All zero for a laser.
 struct Beam
 {
-  double halfWidth_rad = 0;   ///< half of the opening angle about the z axis of the sensor
-  double halfHeight_rad = 0;  ///< half of the opening angle across that
-  double rangeStd_m = 0;      ///< standard deviation of a range
+  double halfWidth_rad = 0;                       ///< half of the opening angle about `up`
+  double halfHeight_rad = 0;                      ///< half of the opening angle across that
+  double rangeStd_m = 0;                          ///< standard deviation of a range
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< in the sensor's frame
 
   friend bool operator==(const Beam& a, const Beam& b)
   {
     return a.halfWidth_rad == b.halfWidth_rad && a.halfHeight_rad == b.halfHeight_rad &&
-           a.rangeStd_m == b.rangeStd_m;
+           a.rangeStd_m == b.rangeStd_m && a.up == b.up;
   }
 };
 

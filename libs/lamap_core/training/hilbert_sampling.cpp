@@ -18,10 +18,10 @@ Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v)
 
 }  // namespace
 
-SamplingRules HilbertSampling::rules(BeamWidth beamWidth) const
+SamplingRules HilbertSampling::rules(const BeamOptions& beams) const
 {
   const bool asCells = trainingPoints == HilbertPoints::Cells;
-  SamplingRules rules;
+  SamplingRules rules{beams};
   rules.samplesFrom = SamplesFrom::End;
   rules.points = asCells ? TrainingPoints::Cells : TrainingPoints::Centroids;
   rules.freeResolution = freeResolution;
@@ -30,7 +30,6 @@ SamplingRules HilbertSampling::rules(BeamWidth beamWidth) const
   rules.keepGlancingSurfaces = asCells;
   rules.hitWeight = hitWeight;
   rules.freeWeight = freeWeight;
-  rules.beamWidth = beamWidth;
   return rules;
 }
 

@@ -22,14 +22,15 @@ struct HilbertSampling
   double hitWeight = 2.0;       ///< weight of a hit [-], > 0
   double freeWeight = 1.0;      ///< weight of a free point [-], ≥ 0; 0: no free points
 
-  /// @param beamWidth of the points
-  [[nodiscard]] SamplingRules rules(BeamWidth beamWidth = BeamWidth::None) const;
+  [[nodiscard]] SamplingRules rules(const BeamOptions& beams = {}) const;
 };
 
 /// What makes a scan's points uncertain, as options (thesis 3.2.4; Ramos and Ott 2015).
-struct UncertainInputs
+struct UncertainInputs : public BeamOptions
 {
-  BeamWidth beamWidth = BeamWidth::None;  ///< what makes points wide, besides what follows
+  /// Heavier echoes raise the recall of a Hilbert map less than they cost in log loss.
+  UncertainInputs() { echoWeight = 1; }
+
   bool usePoseCovariance = false;  ///< of the pose that an observation is inserted at, where it has one
   double rangeStd = 0.0;           ///< [m] along each ray
   double pointStd = 0.0;           ///< [m] of each point, along each axis

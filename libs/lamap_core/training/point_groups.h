@@ -17,6 +17,7 @@ struct PointGroup
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   uint32_t count = 0;
   double narrowest = 0;  ///< width of its sharpest point
+  double weight = 0;     ///< sum of the weights of groups that were added
 
   [[nodiscard]] Eigen::Vector3d mean() const { return sum / count; }
 };
@@ -59,6 +60,7 @@ class PointGroups
     group.narrowest = group.count == 0 ? points.narrowest : std::min(group.narrowest, points.narrowest);
     group.sum += points.sum;
     group.count += points.count;
+    group.weight += points.weight;
   }
 
   [[nodiscard]] const std::vector<PointGroup>& groups() const { return groups_; }

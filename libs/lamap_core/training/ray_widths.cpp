@@ -1,9 +1,6 @@
 #include <lamap_core/scan/beam_spacing.h>
 #include <lamap_core/training/ray_widths.h>
 
-#include <algorithm>
-#include <cmath>
-
 namespace lamap
 {
 namespace
@@ -12,9 +9,6 @@ namespace
 /// loss.
 constexpr double kOfSpacing = 0.2;
 
-/// Of the half angle of a cone that is filled evenly: the standard deviation along each axis, averaged over
-/// the two axes across and none along it. √(1/4 · 2/3)
-constexpr double kOfCone = 0.40824829046386302;
 }  // namespace
 
 RayWidths::RayWidths(const Scan& scan, const SamplingRules& rules, const ScanFrame& frame)
@@ -28,10 +22,8 @@ void RayWidths::enterFan(const RayFan& fan)
 {
   centre_map_ = scan_.turnedToMap(fan.centre);
   spacing_.clear();
-  halfAngle_ = 0;
   rangeVariance_ = 0;
   if (beamWidth_ == BeamWidth::None) return;
-  halfAngle_ = std::max(fan.beam.halfWidth_rad, fan.beam.halfHeight_rad);
   const double range = fan.beam.rangeStd_m / resolution_m_;
   rangeVariance_ = range * range / 3;
   if (beamWidth_ == BeamWidth::Spacing && fan.rays.size() > 1) spacing_ = beamSpacing(fan);
@@ -39,7 +31,7 @@ void RayWidths::enterFan(const RayFan& fan)
 
 double RayWidths::angleOf(size_t ray) const
 {
-  return std::max(kOfCone * halfAngle_, spacing_.empty() ? 0.0 : kOfSpacing * spacing_[ray]);
+  return spacing_.empty() ? 0.0 : kOfSpacing * spacing_[ray];
 }
 
 RayWidth RayWidths::along(double angle, const Eigen::Vector3d& direction_map) const
@@ -54,6 +46,14 @@ RayWidth RayWidths::along(double angle, const Eigen::Vector3d& direction_map) co
   width.square += angle * angle;
   width.ofRange = rangeVariance_;
   return width;
+}
+
+BeamCone coneOf(const Scan& scan, const RayFan& fan, BeamWidth beamWidth, bool planar)
+{
+  if (beamWidth == BeamWidth::None) return {};
+  std::optional<Eigen::Vector3d> vertical;
+  if (planar) vertical = scan.sensorPose_map.linear().row(2).transpose();
+  return {fan.beam, vertical};
 }
 
 }  // namespace lamap

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <lamap_core/scan/beam_cone.h>
 #include <lamap_core/scan/scan_frame.h>
 #include <lamap_core/training/point_width.h>
 #include <lamap_core/training/sampling_rules.h>
@@ -10,7 +11,7 @@
 
 namespace lamap
 {
-/// How wide the points of a scan's rays are, by the rules.
+/// How wide the points of a scan's rays are, by the rules. A beam's cone is no width: see BeamCone.
 class RayWidths
 {
  public:
@@ -20,10 +21,7 @@ class RayWidths
   void enterFan(const RayFan& fan);
 
   /// Whether any ray of the fan may have a width.
-  [[nodiscard]] bool any() const
-  {
-    return pose_ || halfAngle_ > 0 || rangeVariance_ > 0 || !spacing_.empty();
-  }
+  [[nodiscard]] bool any() const { return pose_ || rangeVariance_ > 0 || !spacing_.empty(); }
 
   /// @return the angle that the points of the i-th ray of the fan are uncertain by, along each axis [rad]
   [[nodiscard]] double angleOf(size_t ray) const;
@@ -39,8 +37,10 @@ class RayWidths
   std::optional<PoseWidth> pose_;
   Eigen::Vector3d centre_map_ = Eigen::Vector3d::Zero();  ///< of the fan, from the sensor [m]
   std::vector<float> spacing_;
-  double halfAngle_ = 0;
   double rangeVariance_ = 0;  ///< [cells²]
 };
+
+/// The cones of a fan's beams, by the rules.
+[[nodiscard]] BeamCone coneOf(const Scan& scan, const RayFan& fan, BeamWidth beamWidth, bool planar);
 
 }  // namespace lamap

@@ -38,9 +38,20 @@ struct TrainingRay
 {
   Eigen::Vector3d origin;
   Eigen::Vector3d direction;  ///< of length 1
-  double freeLength;          ///< < 0: the ray has no free part
-  bool hasHit;                ///< at its end
-  RayWidth width;             ///< [cells²]
+  double length;
+  double freeLength;  ///< < 0: the ray has no free part
+  bool hasHit;        ///< at its end
+  RayWidth width;     ///< [cells²]
+  double weight = 1;  ///< of its free points, as a share; less than 1: it is silent
+  double spread = 0;  ///< where it is as far from the others of its bundle as free points are; 0: it is alone
+
+  /// Of a free point by itself, as a share: those of a bundle that are closer together count as one.
+  [[nodiscard]] double weightAt(double distance, bool planar) const
+  {
+    if (!(distance < spread)) return weight;
+    const double share = distance / spread;
+    return weight * (planar ? share : share * share);
+  }
 };
 
 constexpr double kOnEnd_cells = 1e-6;
@@ -143,7 +154,9 @@ class MaskMarker
   /// Marks the cells of the ray's free samples.
   void markFreeSamples(const TrainingRay& ray, const RulesInCells& rules)
   {
-    if (ray.hasHit)
+    if (ray.weight < 1)
+      markSharpSamples<&BlockMasks::silent>(FreeSamples(ray, rules), ray, rules);
+    else if (ray.hasHit)
       markSamples<&BlockMasks::free, &WideMasks::free>(ray, rules);
     else
       markSamples<&BlockMasks::freeWithoutHit, &WideMasks::freeWithoutHit>(ray, rules);
@@ -174,22 +187,10 @@ class MaskMarker
     return masks[static_cast<size_t>(number_)];
   }
 
-  template <CellMask BlockMasks::*kSharp, CellMask WideMasks::*kWide>
-  void markSamples(const TrainingRay& ray, const RulesInCells& rules)
+  template <CellMask BlockMasks::*kSharp>
+  void markSharpSamples(const FreeSamples& samples, const TrainingRay& ray, const RulesInCells& rules)
   {
-    const FreeSamples samples(ray, rules);
     const int64_t count = samples.count();
-    // Samples from the sensor on may leave out the cell that the ray was seen to reach.
-    const bool marksEnd = !ray.hasHit && !rules.fromEnd && count > 0;
-    // Variances are convex along a ray: the widest sample is at an end.
-    if (levels_.of(std::max(ray.width.constant, ray.width.variance(samples.last()))) > 0)
-    {
-      const auto markAt = [&](double t)
-      { markWide<kSharp, kWide>(ray.origin + t * ray.direction, ray.width.variance(t)); };
-      for (int64_t i = 0; i < count; ++i) markAt(samples.at(i));
-      if (marksEnd) markAt(samples.last());
-      return;
-    }
     const SampledRay sampled = samples.along(ray);
     for (int64_t from = 0; from < count; from += SampleCells::kMost)
     {
@@ -197,9 +198,29 @@ class MaskMarker
       cells_.find(sampled, from, some);
       for (int i = 0; i < some; ++i) mark<kSharp>(cells_.x(i), cells_.y(i), cells_.z(i));
     }
-    if (!marksEnd) return;
+    if (!marksEnd(samples, ray, rules)) return;
     const CellIndex end = cellOfLocal(ray.origin + samples.last() * ray.direction);
     mark<kSharp>(end.x, end.y, end.z);
+  }
+
+  /// Samples from the sensor on may leave out the cell that a ray without a hit was seen to reach.
+  [[nodiscard]] static bool marksEnd(const FreeSamples& samples, const TrainingRay& ray,
+                                     const RulesInCells& rules)
+  {
+    return !ray.hasHit && !rules.fromEnd && samples.count() > 0;
+  }
+
+  template <CellMask BlockMasks::*kSharp, CellMask WideMasks::*kWide>
+  void markSamples(const TrainingRay& ray, const RulesInCells& rules)
+  {
+    const FreeSamples samples(ray, rules);
+    // Variances are convex along a ray: the widest sample is at an end.
+    if (levels_.of(std::max(ray.width.constant, ray.width.variance(samples.last()))) == 0)
+      return markSharpSamples<kSharp>(samples, ray, rules);
+    const auto markAt = [&](double t)
+    { markWide<kSharp, kWide>(ray.origin + t * ray.direction, ray.width.variance(t)); };
+    for (int64_t i = 0; i < samples.count(); ++i) markAt(samples.at(i));
+    if (marksEnd(samples, ray, rules)) markAt(samples.last());
   }
 
   Marks marks_;
@@ -223,6 +244,84 @@ uint64_t voxelKey(const Eigen::Vector3d& local, double edge, const CellIndex& an
     return static_cast<int64_t>(std::floor((anchorCell + coordinate) / edge) - first);
   };
   return packKey(voxel(local.x(), anchor.x), voxel(local.y(), anchor.y), voxel(local.z(), anchor.z));
+}
+
+/// Key of the cell, or of the voxel, in which hits are averaged.
+uint64_t groupKey(const RulesInCells& rules, const Eigen::Vector3d& local, const CellIndex& anchor)
+{
+  return rules.asCells || rules.hitEdge == 0 ? cellKey(local) : voxelKey(local, rules.hitEdge, anchor);
+}
+
+/// A fan of a scan, and how it becomes training points.
+struct PlacedFan
+{
+  PlacedFan(const Scan& scanOf, const RayFan& rays, const SamplingRules& by, const ScanFrame& in,
+            const RayWidths& wide)
+      : scan(scanOf),
+        fan(rays),
+        rules(by),
+        inCells(by, in.resolution_m()),
+        frame(in),
+        widths(wide),
+        cone(coneOf(scanOf, rays, by.beamWidth, in.planar())),
+        origin(in.toLocal(scanOf.inMap(rays.centre)))
+  {
+  }
+
+  const Scan& scan;
+  const RayFan& fan;
+  const SamplingRules& rules;
+  RulesInCells inCells;
+  const ScanFrame& frame;
+  const RayWidths& widths;
+  BeamCone cone;
+  std::optional<Eigen::Vector3d> origin;  ///< [cells]; nothing: outside
+
+  /// The end of a ray [cells]; nothing where it is outside. @param end as of a Ray
+  [[nodiscard]] std::optional<Eigen::Vector3d> toLocal(const Eigen::Vector3d& end, bool isReturn) const
+  {
+    if (!origin) return std::nullopt;
+    return isReturn ? frame.toLocal(scan.inMap(end)) : frame.endOfRay(*origin, scan.turnedToMap(end));
+  }
+  /// @return whether only the beam's axis was seen; else its echo may have come from anywhere on a cap
+  [[nodiscard]] bool isNarrow(const Ray& ray) const
+  {
+    return !cone.isWide(fan.directionOf(ray), frame.resolution_m());
+  }
+  [[nodiscard]] bool isLaterEcho(const Ray& ray) const
+  {
+    return ray.echo > 0 && rules.beamWidth != BeamWidth::None;
+  }
+  /// @return false for one without a hit whose free space does not count
+  [[nodiscard]] bool saysAnything(const Ray& ray) const
+  {
+    if (ray.meaning == RayEnd::Return) return true;
+    const bool isSilenced = ray.meaning == RayEnd::NoReturn && rules.noEchoWeight == 0 && !isNarrow(ray);
+    return !isLaterEcho(ray) && !isSilenced;
+  }
+  /// The ray to a place [cells]; nothing if it has no length. @param angle that its points are uncertain by
+  [[nodiscard]] std::optional<TrainingRay> rayTo(const Eigen::Vector3d& end, double angle, bool hasHit) const;
+
+  /// Between the places that a cap is sampled at: no cell of it is missed.
+  static constexpr double kCapSpacing_cells = 0.5;
+};
+
+std::optional<TrainingRay> PlacedFan::rayTo(const Eigen::Vector3d& end, double angle, bool hasHit) const
+{
+  const Eigen::Vector3d ray = end - *origin;
+  const double length = ray.norm();
+  // A free point that is wide says something of its ray's hit.
+  const double margin = hasHit ? std::max(inCells.margin, angle * length) : 0.0;
+  if (!(length > 0)) return std::nullopt;
+  const Eigen::Vector3d direction = ray / length;
+  const RayWidth width = widths.any() ? widths.along(angle, direction) : RayWidth{};
+  return TrainingRay{*origin, direction, length, length - margin, hasHit, width};
+}
+
+/// @return of the ray's end [cells]
+double widthOfEnd(const std::optional<TrainingRay>& ray)
+{
+  return ray ? std::sqrt(std::max(0.0, ray->width.variance(ray->length) + ray->width.ofRange)) : 0.0;
 }
 
 }  // namespace
@@ -256,22 +355,47 @@ struct Sampler::Workspace
   std::vector<End> ends;  ///< of one fan's rays, with a hit or without
   PointGroups groups;
   PointGroups rawHits;
+  std::vector<Eigen::Vector3d> bundle;  ///< rays over a cone
+  PointGroups capPoints;                ///< places that share the echoes of wide beams
+  std::vector<CellIndex> capCells;      ///< cells that may hold what they came from
   std::vector<ThreadMarks> marks;
   CellBounds bounds;
 
-  void collectFan(const Scan& scan, const RayFan& fan, const SamplingRules& rules, const ScanFrame& frame,
-                  RayWidths& widths);
+  void clear();
+  void collectFan(const PlacedFan& fan);
+  void leaveOut(const Ray& ray);
+  template <typename IsWanted>
+  void findEnds(const PlacedFan& fan, const IsWanted& isWanted, size_t& used);
+  void addHits(const PlacedFan& fan, bool areLater);
+  void addBeam(const PlacedFan& fan, const Ray& ray, double angle);
+  void shareEcho(const PlacedFan& fan, const Eigen::Vector3d& axis, double angle);
   template <typename Visit>
   void groupEnds(const RulesInCells& rules, const CellIndex& anchor, Visit&& visit);
   void markHits(const SamplingRules& rules, const RulesInCells& inCells);
+  void markCaps(const RulesInCells& inCells);
   void markFreeCells(const RulesInCells& rules, unsigned threads);
   void collectSurfaces(const Scan& scan, const RayFan& fan, const ScanFrame& frame);
   void keepSurfaces();
-  void sampleFreePoints(const RulesInCells& rules, const CellIndex& anchor);
+  void sampleFreePoints(const RulesInCells& rules, const ScanFrame& frame);
   void addSegments();
   void finishMasks();
   void openWindow();
 };
+
+void Sampler::Workspace::clear()
+{
+  set.masks.clear();
+  for (auto& masks : set.wideMasks) masks.clear();
+  set.hitPoints.clear();
+  set.freePoints.clear();
+  set.freeSegments.clear();
+  rays.clear();
+  rawHits.clear();
+  surfaces.clear();
+  capPoints.clear();
+  capCells.clear();
+  bounds = {};
+}
 
 /// Calls visit(first, mean, angle) for each group of `ends`.
 template <typename Visit>
@@ -283,56 +407,63 @@ void Sampler::Workspace::groupEnds(const RulesInCells& rules, const CellIndex& a
     for (const End& end : ends) visit(end.place, end.place, end.angle);
     return;
   }
-  for (const End& end : ends)
-    groups.add(rules.asCells ? cellKey(end.place) : voxelKey(end.place, rules.hitEdge, anchor), end.place,
-               end.angle);
+  for (const End& end : ends) groups.add(groupKey(rules, end.place, anchor), end.place, end.angle);
   for (const PointGroup& group : groups.groups()) visit(group.first, group.mean(), group.narrowest);
 }
 
-void Sampler::Workspace::collectFan(const Scan& scan, const RayFan& fan, const SamplingRules& rules,
-                                    const ScanFrame& frame, RayWidths& widths)
+/// Counts a ray whose free space is not wanted.
+void Sampler::Workspace::leaveOut(const Ray& ray)
 {
-  widths.enterFan(fan);
-  RayCounts& counts = set.counts;
-  const RulesInCells inCells(rules, frame.resolution_m());
-  const auto origin = frame.toLocal(scan.inMap(fan.centre));
-  const auto findEnds = [&](bool ofHits, size_t& used, auto&& toLocal)
-  {
-    ends.clear();
-    for (size_t i = 0; i < fan.rays.size(); ++i)
-    {
-      const Ray& ray = fan.rays[i];
-      if ((ray.meaning == RayEnd::Return) != ofHits) continue;
-      const std::optional<Eigen::Vector3d> local = origin ? toLocal(ray.end) : std::nullopt;
-      if (!local || (frame.planar() && *local == *origin))
-      {
-        --used;
-        ++(local ? counts.tooNear : counts.outside);
-        continue;
-      }
-      bounds.extend(*local);
-      ends.push_back({*local, widths.angleOf(i)});
-    }
-  };
-  /// @return the width of the ray's end [cells]
-  const auto addRay = [&](const Eigen::Vector3d& end, double angle, bool hasHit)
-  {
-    const Eigen::Vector3d ray = end - *origin;
-    const double length = ray.norm();
-    // A free point that is wide says something of its ray's hit.
-    const double margin = hasHit ? std::max(inCells.margin, angle * length) : 0.0;
-    if (!(length > 0)) return 0.0;
-    const Eigen::Vector3d direction = ray / length;
-    const RayWidth width = widths.any() ? widths.along(angle, direction) : RayWidth{};
-    rays.push_back({*origin, direction, length - margin, hasHit, width});
-    return std::sqrt(std::max(0.0, width.variance(length) + width.ofRange));
-  };
+  --set.counts.freeOnly;
+  ++set.counts.unbounded;
+  if (ray.meaning != RayEnd::NoReturn) return;
+  --set.counts.noReturn;
+  set.counts.noReturnLength_m -= ray.end.norm();
+}
 
-  if (origin) bounds.extend(*origin);
-  findEnds(true, counts.hits, [&](const Eigen::Vector3d& end) { return frame.toLocal(scan.inMap(end)); });
-  groupEnds(inCells, frame.anchor(),
-            [&](const Eigen::Vector3d& first, const Eigen::Vector3d& mean, double angle) {
-              set.hitPoints.push_back({inCells.asCells ? first : mean, addRay(mean, angle, true)});
+/// Fills `ends` with the ends of a fan's narrow rays that are wanted; its wide ones become bundles.
+template <typename IsWanted>
+void Sampler::Workspace::findEnds(const PlacedFan& fan, const IsWanted& isWanted, size_t& used)
+{
+  ends.clear();
+  for (size_t i = 0; i < fan.fan.rays.size(); ++i)
+  {
+    const Ray& ray = fan.fan.rays[i];
+    if (!isWanted(ray)) continue;
+    if (!fan.saysAnything(ray))
+    {
+      leaveOut(ray);
+      continue;
+    }
+    const std::optional<Eigen::Vector3d> local = fan.toLocal(ray.end, ray.meaning == RayEnd::Return);
+    if (!local || (fan.frame.planar() && *local == *fan.origin))
+    {
+      --used;
+      ++(local ? set.counts.tooNear : set.counts.outside);
+      continue;
+    }
+    bounds.extend(*local);
+    const double angle = fan.widths.angleOf(i);
+    if (fan.isNarrow(ray))
+      ends.push_back({*local, angle});
+    else
+      addBeam(fan, ray, angle);
+  }
+}
+
+/// @param areLater echoes than the first of their pulses: what they passed was no free space
+void Sampler::Workspace::addHits(const PlacedFan& fan, bool areLater)
+{
+  const auto isWanted = [&](const Ray& ray)
+  { return ray.meaning == RayEnd::Return && fan.isLaterEcho(ray) == areLater; };
+  findEnds(fan, isWanted, set.counts.hits);
+  const RulesInCells& inCells = fan.inCells;
+  groupEnds(inCells, fan.frame.anchor(),
+            [&](const Eigen::Vector3d& first, const Eigen::Vector3d& mean, double angle)
+            {
+              const auto ray = fan.rayTo(mean, angle, true);
+              set.hitPoints.push_back({inCells.asCells ? first : mean, widthOfEnd(ray)});
+              if (ray && !areLater) rays.push_back(*ray);
             });
   if (inCells.asCells)
   {
@@ -342,12 +473,66 @@ void Sampler::Workspace::collectFan(const Scan& scan, const RayFan& fan, const S
   {
     for (const End& end : ends) rawHits.add(cellKey(end.place), end.place, 0);
   }
+}
 
-  findEnds(false, counts.freeOnly,
-           [&](const Eigen::Vector3d& ray) { return frame.endOfRay(*origin, scan.turnedToMap(ray)); });
-  groupEnds(inCells, frame.anchor(),
+void Sampler::Workspace::collectFan(const PlacedFan& fan)
+{
+  if (fan.origin) bounds.extend(*fan.origin);
+  addHits(fan, false);
+  if (fan.rules.beamWidth != BeamWidth::None) addHits(fan, true);
+  findEnds(
+      fan, [](const Ray& ray) { return ray.meaning != RayEnd::Return; }, set.counts.freeOnly);
+  groupEnds(fan.inCells, fan.frame.anchor(),
             [&](const Eigen::Vector3d&, const Eigen::Vector3d& mean, double angle)
-            { addRay(mean, angle, false); });
+            {
+              if (const auto ray = fan.rayTo(mean, angle, false)) rays.push_back(*ray);
+            });
+}
+
+/// Adds what a wide beam says: nothing is in its cone before its first echo, which came from somewhere on the
+/// cone's cap. @param angle that its points are uncertain by
+void Sampler::Workspace::addBeam(const PlacedFan& fan, const Ray& ray, double angle)
+{
+  const Eigen::Vector3d axis = fan.fan.directionOf(ray);
+  const bool isReturn = ray.meaning == RayEnd::Return;
+  if (isReturn) shareEcho(fan, axis, angle);
+  if (fan.isLaterEcho(ray)) return;
+  const double spacing = std::max(1.0, fan.inCells.step) * fan.frame.resolution_m();
+  fan.cone.spread(axis, spacing, bundle);
+  for (const Eigen::Vector3d& each : bundle)
+  {
+    const auto end = fan.toLocal(isReturn ? Eigen::Vector3d(fan.fan.centre + each) : each, isReturn);
+    const auto freeRay = end ? fan.rayTo(*end, angle, isReturn) : std::nullopt;
+    if (!freeRay) continue;
+    bounds.extend(*end);
+    rays.push_back(*freeRay);
+    rays.back().spread = freeRay->length;
+    if (ray.meaning == RayEnd::NoReturn) rays.back().weight = fan.rules.noEchoWeight;
+  }
+}
+
+/// Spreads an echo evenly over the cells (or voxels) of the cap.
+void Sampler::Workspace::shareEcho(const PlacedFan& fan, const Eigen::Vector3d& axis, double angle)
+{
+  const double cell_m = fan.frame.resolution_m();
+  fan.cone.spread(axis, PlacedFan::kCapSpacing_cells * cell_m, bundle);
+  groups.clear();
+  for (const Eigen::Vector3d& each : bundle)
+  {
+    const auto end = fan.toLocal(fan.fan.centre + each, true);
+    if (!end) continue;
+    bounds.extend(*end);
+    groups.add(groupKey(fan.inCells, *end, fan.frame.anchor()), *end,
+               widthOfEnd(fan.rayTo(*end, angle, true)));
+    const CellIndex cell = cellOfLocal(*end);
+    if (capCells.empty() || !(capCells.back() == cell)) capCells.push_back(cell);
+  }
+  const double weight = std::min(fan.rules.echoWeight, std::max(1.0, fan.cone.footprint(axis, cell_m)));
+  for (PointGroup group : groups.groups())
+  {
+    group.weight = weight / static_cast<double>(groups.groups().size());
+    capPoints.add(groupKey(fan.inCells, group.first, fan.frame.anchor()), group);
+  }
 }
 
 void Sampler::Workspace::openWindow()
@@ -373,6 +558,23 @@ void Sampler::Workspace::markHits(const SamplingRules& rules, const RulesInCells
   for (const PlacedPoint& hit : set.hitPoints)
     marker.markWide<&BlockMasks::hit, &WideMasks::hit>(hit.place, hit.width * hit.width);
   set.hitPoints.clear();
+}
+
+/// Adds the shares of echoes as hits: in a cell, or voxel, at most one. No cell of a cap is free.
+void Sampler::Workspace::markCaps(const RulesInCells& inCells)
+{
+  for (const PointGroup& group : capPoints.groups())
+  {
+    const Eigen::Vector3d centre = group.first.array().floor() + 0.5;
+    set.hitPoints.push_back(
+        {inCells.asCells ? centre : group.mean(), group.narrowest, std::min(1.0, group.weight)});
+  }
+  MaskMarker marker({set.blocks, set.masks, set.wideMasks}, set.offset, inCells.widthUnit);
+  for (const CellIndex& cell : capCells)
+  {
+    marker.mark<&BlockMasks::protectedHit>(cell.x, cell.y, cell.z);
+    set.removeFree(cell);
+  }
 }
 
 void Sampler::Workspace::markFreeCells(const RulesInCells& rules, unsigned threads)
@@ -413,7 +615,11 @@ void Sampler::Workspace::markFreeCells(const RulesInCells& rules, unsigned threa
     for (size_t i = 0; i < own.blocks.blocks().size(); ++i)
     {
       const auto number = static_cast<size_t>(set.blocks.findOrAdd(own.blocks.blocks()[i]));
-      if (i < own.masks.size()) unite(set.masks, number, own.masks[i]);
+      if (i < own.masks.size())
+      {
+        unite(set.masks, number, own.masks[i]);
+        for (size_t z = 0; z < kScanBlockEdge; ++z) set.masks[number].silent[z] |= own.masks[i].silent[z];
+      }
       for (size_t level = 0; level < kWideLevels; ++level)
         if (i < own.wideMasks[level].size()) unite(set.wideMasks[level], number, own.wideMasks[level][i]);
     }
@@ -450,8 +656,9 @@ void Sampler::Workspace::keepSurfaces()
   }
 }
 
-void Sampler::Workspace::sampleFreePoints(const RulesInCells& rules, const CellIndex& anchor)
+void Sampler::Workspace::sampleFreePoints(const RulesInCells& rules, const ScanFrame& frame)
 {
+  const bool planar = frame.planar();
   double expected = 0;
   for (const TrainingRay& ray : rays) expected += static_cast<double>(FreeSamples(ray, rules).count());
   constexpr double kMaxPoints = 5e7;
@@ -468,10 +675,13 @@ void Sampler::Workspace::sampleFreePoints(const RulesInCells& rules, const CellI
       const Eigen::Vector3d point = ray.origin + samples.at(i) * ray.direction;
       if (!ray.hasHit && set.isIn(&BlockMasks::ended, cellOfLocal(point))) continue;
       const double width = std::sqrt(std::max(0.0, ray.width.variance(samples.at(i))));
-      if (rules.freeEdge > 0)
-        groups.add(voxelKey(point, rules.freeEdge, anchor), point, width);
+      if (rules.freeEdge > 0 && ray.spread == 0)
+        groups.add(voxelKey(point, rules.freeEdge, frame.anchor()), point, width);
       else
-        set.freePoints.push_back({point, width});
+      {
+        const double weight = ray.weightAt(samples.at(i), planar);
+        if (weight > 0) set.freePoints.push_back({point, width, weight});
+      }
     }
   }
   for (const PointGroup& group : groups.groups()) set.freePoints.push_back({group.mean(), group.narrowest});
@@ -482,7 +692,7 @@ void Sampler::Workspace::addSegments()
   for (const TrainingRay& ray : rays)
     if (ray.freeLength >= 0)
       set.freeSegments.push_back(
-          {ray.origin, ray.origin + ray.freeLength * ray.direction, ray.width, ray.hasHit});
+          {ray.origin, ray.origin + ray.freeLength * ray.direction, ray.width, ray.weight, ray.hasHit});
 }
 
 /// Cells count once, where they are sharpest; those of rays without a hit, where no ray of the scan ended.
@@ -495,6 +705,8 @@ void Sampler::Workspace::finishMasks()
   {
     BlockMasks& sharp = set.masks[number];
     for (size_t z = 0; z < kScanBlockEdge; ++z) sharp.free[z] |= sharp.freeWithoutHit[z] & ~sharp.ended[z];
+    for (size_t z = 0; z < kScanBlockEdge; ++z) sharp.silent[z] &= ~(sharp.ended[z] | sharp.free[z]);
+    sharp.anySilent = anyIn(sharp.silent);
     sharp.anyHit = anyIn(sharp.hit);
     sharp.anyFree = anyIn(sharp.free);
     CellMask hit = sharp.hit;
@@ -523,36 +735,31 @@ const TrainingSet& Sampler::sample(const SelectedRays& selected, const SamplingR
                                    const ScanFrame& frame, const BlockOffset& offset, unsigned threads)
 {
   Workspace& work = *workspace_;
+  work.clear();
   TrainingSet& set = work.set;
   set.counts = selected.counts;
   set.offset = offset;
   set.hitWeight = rules.hitWeight;
   set.freeWeight = rules.freeWeight;
+  set.silentWeight = rules.noEchoWeight;
   const RulesInCells inCells(rules, frame.resolution_m());
   set.widthUnit = inCells.widthUnit;
-  set.masks.clear();
-  for (auto& masks : set.wideMasks) masks.clear();
-  set.hitPoints.clear();
-  set.freePoints.clear();
-  set.freeSegments.clear();
-  work.rays.clear();
-  work.rawHits.clear();
-  work.surfaces.clear();
-  work.bounds = {};
   const bool areSampled = rules.freeWeight > 0 && rules.freeSpace == FreeSpace::Samples;
   const bool keepsSurfaces = rules.keepGlancingSurfaces && areSampled && inCells.asCells;
   RayWidths widths(selected.scan, rules, frame);
   for (const RayFan& fan : selected.scan.fans)
   {
-    work.collectFan(selected.scan, fan, rules, frame, widths);
+    widths.enterFan(fan);
+    work.collectFan({selected.scan, fan, rules, frame, widths});
     if (keepsSurfaces) work.collectSurfaces(selected.scan, fan, frame);
   }
 
   work.openWindow();
   work.markHits(rules, inCells);
   if (areSampled && inCells.asCells) work.markFreeCells(inCells, threads);
-  if (areSampled && !inCells.asCells) work.sampleFreePoints(inCells, frame.anchor());
+  if (areSampled && !inCells.asCells) work.sampleFreePoints(inCells, frame);
   work.keepSurfaces();
+  work.markCaps(inCells);
   if (rules.freeWeight > 0 && rules.freeSpace == FreeSpace::Line) work.addSegments();
   work.finishMasks();
   return set;

@@ -14,7 +14,7 @@ void SamplingOptions::setAsInThesis()
 
 SamplingRules SamplingOptions::rulesWith(FreeSpace freeSpace, double widthUnit) const
 {
-  SamplingRules rules;
+  SamplingRules rules{*this};
   rules.freeSpace = freeSpace;
   rules.points = trainingPoints;
   rules.freeResolution = *freeResolution;
@@ -23,7 +23,6 @@ SamplingRules SamplingOptions::rulesWith(FreeSpace freeSpace, double widthUnit) 
   rules.hitDownsampling = *hitDownsampling;
   rules.protectHits = protectHits;
   rules.keepGlancingSurfaces = protectHits > 0;
-  rules.beamWidth = beamWidth;
   rules.usePoseCovariance = usePoseCovariance;
   rules.widthUnit = widthUnit;
   return rules;

@@ -9,7 +9,7 @@
 namespace lamap
 {
 /// How the rays of a scan become training points, as options. Lengths in metres.
-struct SamplingOptions : public RangeOptions
+struct SamplingOptions : public RangeOptions, public BeamOptions
 {
   TrainingPoints trainingPoints = TrainingPoints::Cells;
   std::optional<double>
@@ -19,7 +19,6 @@ struct SamplingOptions : public RangeOptions
   double freeDownsampling = 0.0;  ///< `Centroids`: voxel edge in which free points are averaged; 0: none
   /// `Centroids`: voxel edge in which hits are averaged; empty: one cell; 0: none
   std::optional<double> hitDownsampling;
-  BeamWidth beamWidth = BeamWidth::None;  ///< what makes points wide, besides the pose
   bool usePoseCovariance = false;  ///< points are as uncertain as the scan's pose, where it has a covariance
   uint32_t protectHits =
       2;  ///< a cell with this many raw hits in a scan takes no free point; 0: none is protected

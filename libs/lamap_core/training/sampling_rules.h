@@ -27,16 +27,25 @@ enum class TrainingPoints
   Centroids  ///< the hits' mean position in each voxel of hitDownsampling, and the free points where they are
 };
 
-/// What makes a training point wide, besides the pose.
+/// What is taken into account of how wide beams are.
 enum class BeamWidth
 {
-  None,         ///< nothing: a point is as narrow as a cell
-  Observation,  ///< what the observation states of its beams
+  None,         ///< nothing: a ray is a line, and a point as narrow as a cell
+  Observation,  ///< what the observation states of its beams: their cones, and how well ranges are known
   Spacing       ///< that, and the distance to the neighbouring beams, between which nothing was seen
 };
 
+/// How wide beams are, and what wide ones say, as options.
+struct BeamOptions
+{
+  BeamWidth beamWidth = BeamWidth::None;
+  double echoWeight = 3;  ///< most that the echo of a wide beam weighs, in hits, > 0
+  double noEchoWeight =
+      1;  ///< of free points of wide beams without a return, as a share of others', in [0, 1]
+};
+
 /// How the rays of a scan become training points, whoever learns from them. Lengths in metres.
-struct SamplingRules
+struct SamplingRules : public BeamOptions
 {
   FreeSpace freeSpace = FreeSpace::Samples;
   SamplesFrom samplesFrom = SamplesFrom::Sensor;
@@ -49,9 +58,8 @@ struct SamplingRules
   uint32_t protectHits = 0;     ///< a cell with this many raw hits takes no free point; 0: none is protected
   /// `Cells`: no free cell between the returns of a surface seen at a glancing angle, see GlancingSurfaces
   bool keepGlancingSurfaces = false;
-  double hitWeight = 1;   ///< weight of a hit [-], > 0
-  double freeWeight = 1;  ///< weight of a free point [-]; 0: no free points
-  BeamWidth beamWidth = BeamWidth::None;
+  double hitWeight = 1;            ///< weight of a hit [-], > 0
+  double freeWeight = 1;           ///< weight of a free point [-]; 0: no free points
   bool usePoseCovariance = false;  ///< points are as uncertain as the scan's pose, where it has a covariance
   double widthUnit = 0.2;          ///< what differences of widths the learner can tell, see kWidthLevels; > 0
 };

@@ -24,10 +24,12 @@ struct BlockMasks
   CellMask hit{};             ///< holds a hit
   CellMask free{};            ///< holds a free sample
   CellMask freeWithoutHit{};  ///< holds a free sample of a ray without a hit; counts where no ray ended
-  CellMask protectedHit{};    ///< has enough hits to take no free evidence from this scan
+  CellMask silent{};          ///< no such sample, but one of a wide beam without an echo, which weighs less
+  CellMask protectedHit{};    ///< takes no free evidence from this scan: has enough hits, or is in a cap
   CellMask ended{};           ///< a ray ended here with a hit, whatever the training points are
   bool anyHit = false;
   bool anyFree = false;
+  bool anySilent = false;
 };
 
 /// Cells of one scan block whose points have one width, none of them in the block's BlockMasks or sharper
@@ -47,6 +49,7 @@ struct FreeSegment
   Eigen::Vector3d begin;
   Eigen::Vector3d end;
   RayWidth width;  ///< of its points, by their distance from begin [cells²]
+  double weight;   ///< as of a PlacedPoint
   bool hasHit;     ///< behind its end; else it says nothing of cells in which other rays of the scan ended
 };
 
@@ -78,14 +81,15 @@ struct TrainingPoint
 struct PlacedPoint
 {
   Eigen::Vector3d place;
-  double width = 0;  ///< as of a TrainingPoint
+  double width = 0;   ///< as of a TrainingPoint
+  double weight = 1;  ///< as a share of that of its kind
 };
 
 /** What a scan teaches (thesis 4.2.1 and 4.4): points with label 1 and 0, in the scan's frame [cells].
  *
- * Which members are filled follows the rules: cells in `masks` and `wideMasks`; hits of `Centroids` in
- * hitPoints; free points of `Centroids` in freePoints; rays of `Line` in freeSegments. `masks` always has the
- * cells in which rays ended and the protected ones. */
+ * Which members are filled follows the rules: cells in `masks` and `wideMasks`; hits of `Centroids`, and all
+ * that share the echo of a wide beam, in hitPoints; free points of `Centroids` in freePoints; rays of `Line`
+ * in freeSegments. `masks` always has the cells in which rays ended and the protected ones. */
 struct TrainingSet
 {
   BlockOffset offset;             ///< of the scan blocks
@@ -98,11 +102,13 @@ struct TrainingSet
   std::vector<FreeSegment> freeSegments;
   double hitWeight = 1;
   double freeWeight = 1;
-  RayCounts counts;  ///< what became of the scan's rays
+  double silentWeight = 1;  ///< of silent cells, as a share of freeWeight
+  RayCounts counts;         ///< what became of the scan's rays
 
   /// @param cell relative to the anchor
   [[nodiscard]] bool isIn(CellMask BlockMasks::*mask, const CellIndex& cell) const;
-  /// Cells in a layer of a block that hold a free sample, of any width: bits as of a CellMask.
+  /// Cells in a layer of a block that hold a free sample, of any width, silent ones aside: bits as of a
+  /// CellMask.
   [[nodiscard]] uint64_t freeInLayer(size_t block, size_t z) const;
   /// @param cell relative to the anchor
   [[nodiscard]] bool holdsFree(const CellIndex& cell) const;
@@ -113,8 +119,9 @@ struct TrainingSet
   template <typename Visit>
   void forEachCell(CellMask BlockMasks::*mask, Visit&& visit) const;
 
-  /** Calls visit(TrainingPoint) for each point: cells by block (sorted), width, z, y, x; then the hits, then
-   * the free points where they are. Free points in protected cells are left out; segments are no points. */
+  /** Calls visit(TrainingPoint) for each point: cells by block (sorted), width, z, y, x, silent ones after
+   * the others without a width; then the hits, then the free points where they are. Free points in protected
+   * cells are left out; segments are no points. */
   template <typename Visit>
   void forEachPoint(Visit&& visit) const;
 
@@ -157,7 +164,10 @@ inline uint64_t TrainingSet::freeInLayer(size_t block, size_t z) const
 inline bool TrainingSet::holdsFree(const CellIndex& cell) const
 {
   const Place place = placeOf(cell);
-  return place.block >= 0 && (freeInLayer(static_cast<size_t>(place.block), place.word) & place.bit) != 0;
+  if (place.block < 0) return false;
+  const auto number = static_cast<size_t>(place.block);
+  const uint64_t silent = number < masks.size() ? masks[number].silent[place.word] : 0;
+  return ((freeInLayer(number, place.word) | silent) & place.bit) != 0;
 }
 
 inline void TrainingSet::removeFree(const CellIndex& cell)
@@ -170,7 +180,11 @@ inline void TrainingSet::removeFree(const CellIndex& cell)
     cells.free[place.word] &= ~place.bit;
     cells.freeWithoutHit[place.word] &= ~place.bit;
   };
-  if (number < masks.size()) removeFrom(masks[number]);
+  if (number < masks.size())
+  {
+    removeFrom(masks[number]);
+    masks[number].silent[place.word] &= ~place.bit;
+  }
   for (std::vector<WideMasks>& level : wideMasks)
     if (number < level.size()) removeFrom(level[number]);
 }
@@ -202,33 +216,38 @@ void TrainingSet::forEachPoint(Visit&& visit) const
             [&](uint32_t a, uint32_t b) { return blocks.blocks()[a] < blocks.blocks()[b]; });
   for (const uint32_t number : order)
   {
-    const auto visitCells = [&](const auto& cells, double width)
+    const auto visitCells = [&](const CellMask& hits, const CellMask& frees, double weight, double width)
     {
       const BlockIndex& block = blocks.blocks()[number];
       for (size_t z = 0; z < kScanBlockEdge; ++z)
       {
-        const uint64_t free = cells.free[z] & ~masks[number].protectedHit[z];
-        for (uint64_t rest = cells.hit[z] | free; rest != 0; rest &= rest - 1)
+        const uint64_t free = frees[z] & ~masks[number].protectedHit[z];
+        for (uint64_t rest = hits[z] | free; rest != 0; rest &= rest - 1)
         {
           const int bit = __builtin_ctzll(rest);
           const int row = bit / kScanBlockEdge;
           const Eigen::Vector3d centre(block.x * kScanBlockEdge - offset.x + bit % kScanBlockEdge + 0.5,
                                        block.y * kScanBlockEdge - offset.y + row + 0.5,
                                        block.z * kScanBlockEdge - offset.z + static_cast<int>(z) + 0.5);
-          if ((cells.hit[z] >> bit & 1) != 0) visit(TrainingPoint{centre, true, hitWeight, width});
-          if ((free >> bit & 1) != 0) visit(TrainingPoint{centre, false, freeWeight, width});
+          if ((hits[z] >> bit & 1) != 0) visit(TrainingPoint{centre, true, hitWeight, width});
+          if ((free >> bit & 1) != 0) visit(TrainingPoint{centre, false, weight, width});
         }
       }
     };
-    visitCells(masks[number], 0.0);
+    visitCells(masks[number].hit, masks[number].free, freeWeight, 0.0);
+    if (masks[number].anySilent) visitCells({}, masks[number].silent, freeWeight * silentWeight, 0.0);
     for (size_t level = 0; level < kWideLevels; ++level)
-      if (number < wideMasks[level].size())
-        visitCells(wideMasks[level][number], kWidthLevels[level + 1] * widthUnit);
+    {
+      if (number >= wideMasks[level].size()) continue;
+      const WideMasks& wide = wideMasks[level][number];
+      visitCells(wide.hit, wide.free, freeWeight, kWidthLevels[level + 1] * widthUnit);
+    }
   }
-  for (const PlacedPoint& hit : hitPoints) visit(TrainingPoint{hit.place, true, hitWeight, hit.width});
+  for (const PlacedPoint& hit : hitPoints)
+    visit(TrainingPoint{hit.place, true, hitWeight * hit.weight, hit.width});
   for (const PlacedPoint& free : freePoints)
     if (!isIn(&BlockMasks::protectedHit, cellOfLocal(free.place)))
-      visit(TrainingPoint{free.place, false, freeWeight, free.width});
+      visit(TrainingPoint{free.place, false, freeWeight * free.weight, free.width});
 }
 
 }  // namespace lamap

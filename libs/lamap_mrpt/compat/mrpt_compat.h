@@ -106,6 +106,15 @@ template <typename Range = mrpt::obs::CObservationRange>
     return range.sensorConeApperture;
 }
 
+template <typename Range = mrpt::obs::CObservationRange>
+void setConeAperture(Range& range, double aperture_rad)
+{
+  if constexpr (detail::has<detail::ConeAperture, Range>)
+    range.sensorConeAperture = static_cast<float>(aperture_rad);
+  else
+    range.sensorConeApperture = static_cast<float>(aperture_rad);
+}
+
 /// CObservationRotatingScan is always in memory in MRPT 2.5, and may be stored externally in later versions.
 template <typename Rotating = mrpt::obs::CObservationRotatingScan>
 [[nodiscard]] bool isExternallyStored([[maybe_unused]] const Rotating& rotating)

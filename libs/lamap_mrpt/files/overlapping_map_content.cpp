@@ -103,20 +103,36 @@ std::shared_ptr<const HilbertModel> readModel(ByteReader& in, uint8_t version)
   return model;
 }
 
-/// The rays with a return, or the others.
+/// The rays with a return and the ranks of their echoes, or the others and whether they met anything.
 void writeRays(const RayFan& fan, bool returned, ByteWriter& out)
 {
   std::vector<Eigen::Vector3d> ends;
+  std::vector<uint8_t> kinds;
   for (const Ray& ray : fan.rays)
-    if ((ray.meaning == RayEnd::Return) == returned) ends.push_back(ray.end);
+  {
+    if ((ray.meaning == RayEnd::Return) != returned) continue;
+    ends.push_back(ray.end);
+    kinds.push_back(returned ? ray.echo : static_cast<uint8_t>(ray.meaning == RayEnd::Cut));
+  }
   writeAll(ends, out, [&](const Eigen::Vector3d& end) { writeMatrix(end, out); });
+  out.vector(kinds);
 }
 
-void readRays(RayFan& fan, RayEnd meaning, size_t& count, ByteReader& in)
+void readRays(RayFan& fan, bool returned, size_t& count, ByteReader& in, uint8_t version)
 {
   std::vector<Eigen::Vector3d> ends;
   readAll(ends, kPlaceBytes, in, [&] { return readMatrix<Eigen::Vector3d>(in); });
-  for (const Eigen::Vector3d& end : ends) fan.add(meaning, end);
+  std::vector<uint8_t> kinds(ends.size(), returned ? 0 : 1);
+  if (version > 1) kinds = in.vector<uint8_t>();
+  if (kinds.size() != ends.size())
+    throw std::runtime_error("the map is corrupt: not every ray of a waiting scan has a kind");
+  for (size_t i = 0; i < ends.size(); ++i)
+  {
+    if (returned)
+      fan.rays.push_back({ends[i], RayEnd::Return, kinds[i]});
+    else
+      fan.add(kinds[i] != 0 ? RayEnd::Cut : RayEnd::NoReturn, ends[i]);
+  }
   count += ends.size();
 }
 
@@ -130,6 +146,7 @@ void writeScan(const ModelScan& scan, ByteWriter& out)
         out.number(fan.beam.halfWidth_rad);
         out.number(fan.beam.halfHeight_rad);
         out.number(fan.beam.rangeStd_m);
+        writeMatrix(fan.beam.up, out);
         writeRays(fan, true, out);
         writeRays(fan, false, out);
         out.number(fan.statedRangeMax_m > 0 ? fan.statedRangeMax_m : std::numeric_limits<double>::infinity());
@@ -148,8 +165,10 @@ Beam readBeam(ByteReader& in)
   beam.halfWidth_rad = in.number<double>();
   beam.halfHeight_rad = in.number<double>();
   beam.rangeStd_m = in.number<double>();
+  beam.up = readMatrix<Eigen::Vector3d>(in);
   const auto isLegal = [](double number) { return number >= 0 && std::isfinite(number); };
-  if (!isLegal(beam.halfWidth_rad) || !isLegal(beam.halfHeight_rad) || !isLegal(beam.rangeStd_m))
+  if (!isLegal(beam.halfWidth_rad) || !isLegal(beam.halfHeight_rad) || !isLegal(beam.rangeStd_m) ||
+      !beam.up.allFinite())
     throw std::runtime_error("the map is corrupt: the beam of a waiting scan has no legal width");
   return beam;
 }
@@ -163,8 +182,8 @@ ModelScan readScan(ByteReader& in, uint8_t version)
             RayFan fan;
             fan.centre = readMatrix<Eigen::Vector3d>(in);
             if (version > 1) fan.beam = readBeam(in);
-            readRays(fan, RayEnd::Return, scan.rays.counts.hits, in);
-            readRays(fan, RayEnd::Cut, scan.rays.counts.freeOnly, in);
+            readRays(fan, true, scan.rays.counts.hits, in, version);
+            readRays(fan, false, scan.rays.counts.freeOnly, in, version);
             const auto rangeMax_m = in.number<double>();
             fan.statedRangeMax_m = std::isfinite(rangeMax_m) ? rangeMax_m : 0;
             return fan;

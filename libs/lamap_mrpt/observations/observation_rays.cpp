@@ -1,3 +1,4 @@
+#include <lamap_core/scan/beam_cone.h>
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/observations/isometry.h>
 #include <lamap_mrpt/observations/observation_rays.h>
@@ -10,12 +11,16 @@
 #include <mrpt/obs/VelodyneCalibration.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <system_error>
 
 namespace lamap
 {
@@ -70,6 +75,7 @@ Scan raysOf2DRangeScan(const CObservation2DRangeScan& scan2D, const CPose3D& rob
   const double rangeMax_m = scan2D.maxRange > 0 ? scan2D.maxRange : 0;
   Scan scan = scanFrom(robotPose, scan2D.sensorPose, 0, rangeMax_m);
   RayFan& fan = scan.fans.front();
+  fan.beam.halfWidth_rad = fan.beam.halfHeight_rad = halfApertureOf(statedApertureOf(scan2D));
   const std::size_t count = scan2D.getScanSize();
   fan.rays.reserve(count);
 
@@ -345,11 +351,27 @@ Scan raysOfRange(const CObservationRange& ranges, const CPose3D& robotPose)
     fan.centre = pose.translation();
     fan.statedRangeMin_m = rangeMin_m;
     fan.statedRangeMax_m = rangeMax_m;
-    fan.beam.halfWidth_rad = fan.beam.halfHeight_rad = 0.5 * compat::coneApertureOf(ranges);
+    fan.beam.halfWidth_rad = fan.beam.halfHeight_rad = halfApertureOf(statedApertureOf(ranges));
     const double range_m = measurement.sensedDistance;
     addRange(range_m, meaningOf(range_m, RayEnd::NoReturn, fan), pose.linear().col(0), fan);
   }
   return scan;
+}
+
+/** Rank among the echoes of one pulse, which drivers write as observations of the same time: "SONAR/echo2" is
+ * that of the second. 0: the first, or no such label. */
+uint8_t echoRankOf(const std::string& label)
+{
+  constexpr std::string_view kEnding = "/echo";
+  const size_t at = label.rfind(kEnding);
+  if (at == std::string::npos) return 0;
+  unsigned number = 0;
+  const char* end = label.data() + label.size();
+  const auto [stopped, error] = std::from_chars(label.data() + at + kEnding.size(), end, number);
+  if (stopped != end) return 0;
+  constexpr uint8_t kLast = 255;
+  if (error == std::errc::result_out_of_range || number > kLast) return kLast;
+  return static_cast<uint8_t>(std::max(number, 1U) - 1);
 }
 
 /// Holds externally stored data in memory while it lives.
@@ -423,12 +445,25 @@ bool supportsObservation(const CObservation& observation)
          dynamic_cast<const CObservationRange*>(&observation);
 }
 
+double statedApertureOf(const CObservation& observation)
+{
+  if (const auto* scan2D = dynamic_cast<const CObservation2DRangeScan*>(&observation))
+    return scan2D->beamAperture;
+  if (const auto* ranges = dynamic_cast<const CObservationRange*>(&observation))
+    return compat::coneApertureOf(*ranges);
+  return 0;
+}
+
 std::optional<Scan> raysOf(const CObservation& observation, const CPose3D& robotPose)
 {
   if (!supportsObservation(observation)) return std::nullopt;
   try
   {
-    return raysOfSupported(observation, robotPose);
+    Scan scan = raysOfSupported(observation, robotPose);
+    if (const uint8_t echo = echoRankOf(observation.sensorLabel))
+      for (RayFan& fan : scan.fans)
+        for (Ray& ray : fan.rays) ray.echo = echo;
+    return scan;
   }
   catch (const std::exception& error)
   {

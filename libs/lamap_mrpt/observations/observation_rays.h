@@ -17,6 +17,10 @@ namespace lamap
  */
 [[nodiscard]] bool supportsObservation(const mrpt::obs::CObservation& observation);
 
+/** The opening angle of an observation's beams as it states it, edge to edge [rad]; 0 where its class has
+ * none. raysOf() takes one that is not above 0° and below 180° for 0. */
+[[nodiscard]] double statedApertureOf(const mrpt::obs::CObservation& observation);
+
 /** An observation as rays, in the frame of its sensor.
  *
  * The pose of the scan is robotPose ⊕ sensor pose, composed in double; end points are as the sensor measured
@@ -47,6 +51,10 @@ namespace lamap
  * any return was not measured.
  * - CObservationRange. One fan for each measurement, all in the frame of the first one's sensor. Its ray is
  * the axis of the cone that its beam states.
+ *
+ * The beam of a fan has the aperture that a CObservation2DRangeScan or CObservationRange states; one that is
+ * not above 0° and below 180° is none. An observation whose label ends in "/echo2", "/echo3", … holds later
+ * echoes of pulses whose first echo is another observation: its rays have that rank.
  *
  * Externally stored data is loaded, and unloaded again if it was not in memory before. No other thread may
  * use the observation meanwhile.

@@ -1,4 +1,6 @@
+#include <lamap_core/scan/beam_cone.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
+#include <lamap_mrpt/observations/observation_rays.h>
 #include <lamap_tools/commands/build_notes.h>
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/inputs/scan_look.h>
@@ -119,6 +121,18 @@ std::optional<std::string> emptyScansNote(const std::string& path, const std::st
          (isAlone ? "" : ", or --sensors without it");
 }
 
+std::optional<std::string> apertureNote(const std::string& path, const std::string& sensor,
+                                        double aperture_rad)
+{
+  if (aperture_rad == 0 || halfApertureOf(aperture_rad) > 0) return std::nullopt;
+  return path + ": " + sensor +
+         mrpt::format(
+             ": the opening angle of its beams is stated as %.4g degrees; it must be at least 0 and less "
+             "than "
+             "180 degrees. The beams are taken for lines",
+             aperture_rad * 180 / M_PI);
+}
+
 BuildNotes::Log& BuildNotes::logOf(const ScanSource& source)
 {
   if (logs_.empty() || logs_.back().source != &source) logs_.push_back({&source});
@@ -159,6 +173,11 @@ void BuildNotes::inserted()
 
 void BuildNotes::lookClosely(const ScanItem& item, Sensor& sensor) const
 {
+  if (const auto* observed = std::get_if<ObservedScan>(&item))
+  {
+    const double aperture_rad = statedApertureOf(*observed->observation);
+    if (apertureNote("", "", aperture_rad)) sensor.illegalAperture_rad = aperture_rad;
+  }
   const auto scan = scanOf(item);
   if (!scan) return;
   const ScanLook seen = lookAt(*scan);
@@ -176,6 +195,8 @@ std::vector<std::string> BuildNotes::notes() const
 {
   const auto emptyNote = [](const std::string& name, const Sensor& sensor, const Log& log)
   { return emptyScansNote(log.source->path(), name, sensor.emptyScans, log.sensors.size() == 1); };
+  const auto beamNote = [](const std::string& name, const Sensor& sensor, const Log& log)
+  { return apertureNote(log.source->path(), name, sensor.illegalAperture_rad); };
   const auto bind = [this](auto method)
   {
     return firstOf([this, method](const std::string& name, const Sensor& sensor, const Log& log)
@@ -183,7 +204,7 @@ std::vector<std::string> BuildNotes::notes() const
   };
   std::vector<std::string> notes;
   for (const auto& note : {odometryNotes(), bind(&BuildNotes::planarNote), bind(&BuildNotes::coarseNote),
-                           bind(&BuildNotes::shellNote), firstOf(emptyNote)})
+                           bind(&BuildNotes::shellNote), firstOf(emptyNote), firstOf(beamNote)})
     if (note) notes.push_back(*note);
   return notes;
 }

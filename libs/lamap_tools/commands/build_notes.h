@@ -27,6 +27,11 @@ namespace lamap::tools
 [[nodiscard]] std::optional<std::string> emptyScansNote(const std::string& path, const std::string& sensor,
                                                         const EmptyScans& scans, bool isAlone);
 
+/// What became of beams whose opening angle is none; nothing if it is one.
+/// @param aperture_rad  as statedApertureOf()
+[[nodiscard]] std::optional<std::string> apertureNote(const std::string& path, const std::string& sensor,
+                                                      double aperture_rad);
+
 /** What the user should know about how logs go with a map, each at most once, with the log that it is about.
  *
  * Looks at the scans that are worth it (see isWorthALook()): rays take time to read. What became of rays is
@@ -51,10 +56,11 @@ class BuildNotes
     size_t scans = 0;
     size_t lookedAt = 0;  ///< of them, those with returns
     PhantomShells shells;
-    EmptyScans emptyScans;  ///< of those that made free space
-    double longest_m = 0;   ///< range of a return
-    double height_m = 0;    ///< the largest one of a scan without its outliers
-    size_t crowded = 0;     ///< scans of which more than half lies in fewer than ten cells
+    EmptyScans emptyScans;           ///< of those that made free space
+    double longest_m = 0;            ///< range of a return
+    double height_m = 0;             ///< the largest one of a scan without its outliers
+    double illegalAperture_rad = 0;  ///< that it states; 0: none
+    size_t crowded = 0;              ///< scans of which more than half lies in fewer than ten cells
   };
   /// What was seen of an input.
   struct Log

@@ -39,6 +39,8 @@ void add(const ScanLook& look, ScanLook& sum)
   };
   extend(sum.ranges, look.ranges);
   extend(sum.statedRanges, look.statedRanges);
+  sum.beamWidth_rad = std::max(sum.beamWidth_rad, look.beamWidth_rad);
+  sum.beamHeight_rad = std::max(sum.beamHeight_rad, look.beamHeight_rad);
 }
 
 /// Puts a log's facts together, item by item.
@@ -77,11 +79,17 @@ class LogReader
   {
     SensorInfo& sensor = sensorOf(scan.kind, scan.kind);
     ++sensor.scans;
-    ++sensor.withoutTime;
+    if (scan.time)
+    {
+      include(*scan.time, sensor.time);
+      include(*scan.time, time_);
+    }
+    else
+      ++sensor.withoutTime;
     const bool isUsable = readRays(scan.scan, sensor);
     count(scan.kind, isUsable ? "" : "it holds no point that can be used");
     const Eigen::Vector3d origin = scan.scan.inMap(scan.scan.fans.at(0).centre);
-    poses_.push_back({INVALID_TIMESTAMP, origin});
+    poses_.push_back({scan.time.value_or(INVALID_TIMESTAMP), origin});
   }
 
   void read(const LeftOutScan& scan)
@@ -113,6 +121,8 @@ class LogReader
       include(observation.timestamp, sensor.time);
       include(observation.timestamp, time_);
     }
+    const double aperture_rad = statedApertureOf(observation);
+    if (apertureNote("", "", aperture_rad)) sensor.illegalAperture_rad = aperture_rad;
     const std::string reason = reasonAgainst(observation, robotPose, sensor);
     if (!isLeftOut && !reason.empty()) ++tally_.leftOut[{className, reason}];
     return reason.empty();
@@ -233,6 +243,11 @@ std::string shareText(uint64_t part, uint64_t whole)
          mrpt::format(" (%.1f %%)", 100 * static_cast<double>(part) / static_cast<double>(whole));
 }
 
+double inDegrees(double angle_rad)
+{
+  return angle_rad * 180 / M_PI;
+}
+
 /// Intervals between scans per second; nothing for a single scan.
 std::optional<double> rateOf(const SensorInfo& sensor)
 {
@@ -265,6 +280,11 @@ void printSensor(const SensorInfo& sensor, const LogInfo& info, std::ostream& ou
     printFact(out, "  scans without a return", shareText(sensor.emptyScans.empty, sensor.scans));
   if (sensor.emptyScans.nearlyEmpty > 0)
     printFact(out, "  scans with hardly a return", shareText(sensor.emptyScans.nearlyEmpty, sensor.scans));
+  if (sensor.look.beamWidth_rad > 0 || sensor.look.beamHeight_rad > 0)
+    printFact(out, "  opening angle of a beam",
+              mrpt::format("%.2f x %.2f", inDegrees(sensor.look.beamWidth_rad),
+                           inDegrees(sensor.look.beamHeight_rad)),
+              "degrees");
   if (const auto& ranges = sensor.look.ranges)
     printFact(out, "  ranges of the returns",
               mrpt::format("%.2f .. %.2f", ranges->shortest_m, ranges->longest_m), "m");
@@ -309,6 +329,8 @@ Json sensorJson(const SensorInfo& sensor, const LogInfo& info)
   json["rays"]["notFinite"] = sensor.look.notFinite;
   json["ranges"] = spanJson(sensor.look.ranges);
   json["statedRanges"] = spanJson(sensor.look.statedRanges);
+  json["beam"] = {{"width_deg", inDegrees(sensor.look.beamWidth_rad)},
+                  {"height_deg", inDegrees(sensor.look.beamHeight_rad)}};
   json["phantomShells"] = sensor.phantomShells;
   json["emptyScans"] = sensor.emptyScans.empty;
   json["nearlyEmptyScans"] = sensor.emptyScans.nearlyEmpty;
@@ -334,6 +356,9 @@ std::vector<std::string> notesOn(const LogInfo& info)
       notes.push_back(phantomShellNote(info.path, sensor.name, *shell_m));
   for (const SensorInfo& sensor : info.sensors)
     if (const auto note = emptyScansNote(info.path, sensor.name, sensor.emptyScans, info.sensors.size() == 1))
+      notes.push_back(*note);
+  for (const SensorInfo& sensor : info.sensors)
+    if (const auto note = apertureNote(info.path, sensor.name, sensor.illegalAperture_rad))
       notes.push_back(*note);
   return notes;
 }

@@ -38,8 +38,9 @@ struct SensorInfo
   std::string whyUnreadable;  ///< and what is wrong with the first of them
   ScanLook look;              ///< of all its scans together; of the farthest returns, nothing
   EmptyScans emptyScans;
-  size_t phantomShells = 0;  ///< scans that seem to have one
-  PhantomShells shells;      ///< of those that are worth a look
+  double illegalAperture_rad = 0;  ///< opening angle of beams that is none; 0: all are
+  size_t phantomShells = 0;        ///< scans that seem to have one
+  PhantomShells shells;            ///< of those that are worth a look
 };
 
 /// Where a robot was.

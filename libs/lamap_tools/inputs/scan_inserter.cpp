@@ -3,9 +3,12 @@
 #include <lamap_mrpt/observations/isometry.h>
 #include <lamap_mrpt/observations/observation_rays.h>
 #include <lamap_tools/inputs/scan_inserter.h>
+#include <mrpt/maps/COctoMap.h>
 #include <mrpt/maps/CPointsMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/obs/CObservationPointCloud.h>
+#include <mrpt/obs/CObservationRange.h>
 #include <mrpt/obs/CObservationVelodyneScan.h>
 
 #include <new>
@@ -21,6 +24,14 @@ bool isPointCloud(const mrpt::obs::CObservation& observation)
 {
   return IS_CLASS(observation, mrpt::obs::CObservationPointCloud) ||
          IS_CLASS(observation, mrpt::obs::CObservationVelodyneScan);
+}
+
+/// Whether MRPT's octrees refuse an observation, though they could learn from its points.
+bool isSingleBeam(const mrpt::obs::CObservation& observation)
+{
+  const auto* scan2D = dynamic_cast<const mrpt::obs::CObservation2DRangeScan*>(&observation);
+  return (scan2D != nullptr && scan2D->getScanSize() == 1) ||
+         IS_CLASS(observation, mrpt::obs::CObservationRange);
 }
 
 }  // namespace
@@ -66,7 +77,8 @@ std::string ScanInserter::tryInserting(const ObservedScan& scan)
                              : learned->insertObservation(*scan.observation, scan.robotPose_map);
       return taken ? "" : "it holds no ray that can be used";
     }
-    if (isPointCloud(*scan.observation))
+    const bool isOctree = dynamic_cast<const mrpt::maps::COctoMap*>(&map_) != nullptr;
+    if (isPointCloud(*scan.observation) || (isOctree && isSingleBeam(*scan.observation)))
       return insertPoints(*raysOf(*scan.observation, scan.robotPose_map)) ? "" : "the map took nothing of it";
     scan.observation->load();
     return map_.insertObservation(*scan.observation, scan.robotPose_map) ? "" : "the map took nothing of it";

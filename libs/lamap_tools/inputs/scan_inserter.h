@@ -30,8 +30,8 @@ void printLeftOut(const InsertionTally& tally, std::ostream& out, const std::str
  *
  * This library's maps take observations and points as they are. MRPT's own maps get points as a
  * CObservationPointCloud in a form in which all of them apply every pose: MRPT 2.5's point maps ignore the
- * robot's pose of one, and its octrees the sensor's pose; and a CObservationVelodyneScan after its points
- * were generated.
+ * robot's pose of one, and its octrees the sensor's pose; a CObservationVelodyneScan after its points were
+ * generated; and, in octrees, single beams as the points of their echoes.
  */
 class ScanInserter
 {

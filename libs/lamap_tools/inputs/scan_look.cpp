@@ -54,6 +54,8 @@ ScanLook lookAt(const Scan& scan)
   {
     if (fan.statedRangeMin_m > 0 || fan.statedRangeMax_m > 0)
       extend(look.statedRanges, {fan.statedRangeMin_m, fan.statedRangeMax_m});
+    look.beamWidth_rad = std::max(look.beamWidth_rad, 2 * fan.beam.halfWidth_rad);
+    look.beamHeight_rad = std::max(look.beamHeight_rad, 2 * fan.beam.halfHeight_rad);
     for (const Ray& ray : fan.rays)
     {
       if (ray.meaning == RayEnd::Return && !ray.end.allFinite())

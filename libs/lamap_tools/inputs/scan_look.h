@@ -31,6 +31,9 @@ struct ScanLook
   std::optional<LengthSpan> ranges;  ///< of the finite returns, from the centre of their fan
   /// What the observation states; a maximum of 0: unlimited. Nothing: it states no range.
   std::optional<LengthSpan> statedRanges;
+  /// Opening angles of the widest beam, edge to edge [rad]; 0: beams are lines.
+  double beamWidth_rad = 0;
+  double beamHeight_rad = 0;
   /// Finite returns whose range is the longest one to 0.1 %.
   uint64_t farthestReturns = 0;
 

@@ -6,6 +6,7 @@
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/inputs/graph_file.h>
 #include <lamap_tools/inputs/pcd_source.h>
+#include <lamap_tools/inputs/ping_source.h>
 #include <lamap_tools/inputs/pose_track.h>
 #include <lamap_tools/inputs/rawlog_source.h>
 #include <lamap_tools/inputs/simple_map_file.h>
@@ -32,7 +33,8 @@ enum class InputKind
   Rawlog,
   SimpleMap,
   Pcd,
-  Graph
+  Graph,
+  Pings
 };
 
 /// How to make a log of a bag, which lamap does not read; nothing for anything else.
@@ -59,6 +61,7 @@ std::optional<InputKind> kindByName(const std::string& path)
   if (endsWith(path, ".rawlog") || endsWith(path, ".rawlog.gz")) return InputKind::Rawlog;
   if (endsWith(path, ".simplemap") || endsWith(path, ".simplemap.gz")) return InputKind::SimpleMap;
   if (endsWith(path, ".graph")) return InputKind::Graph;
+  if (endsWith(path, ".csv")) return InputKind::Pings;
   return std::nullopt;
 }
 
@@ -70,7 +73,7 @@ InputKind kindOf(const std::string& path)
   throw UsageError(
       path +
       ": not a known kind of input; expected .rawlog, .simplemap, .simplemap.gz, .pcd, a folder of "
-      ".pcd files or .graph");
+      ".pcd files, .graph or .csv (pings of a sonar)");
 }
 
 constexpr const char* kGraphScan = "graph scan";
@@ -139,13 +142,23 @@ void requireFittingOptions(const InputOptions& options, const std::vector<InputK
   {
     if (has(InputKind::SimpleMap) || has(InputKind::Graph))
       throw UsageError("--poses: simple maps and scan graphs have poses of their own");
-    if (has(InputKind::Rawlog) && has(InputKind::Pcd))
-      throw UsageError("--poses: give either rawlogs or PCD files, whose poses mean different things");
+    if ((has(InputKind::Rawlog) || has(InputKind::Pings)) && has(InputKind::Pcd))
+      throw UsageError(
+          "--poses: give PCD files by themselves, because their poses and those of logs mean different "
+          "things");
     if (options.standingStill) throw UsageError("--poses and --static exclude each other");
   }
-  if (options.standingStill && !has(InputKind::Rawlog)) throw UsageError("--static: is for rawlogs only");
-  if (!options.sensorOrigin.isZero() && !has(InputKind::Pcd))
-    throw UsageError("--sensor-origin: is for PCD files only");
+  if (options.standingStill && !has(InputKind::Rawlog) && !has(InputKind::Pings))
+    throw UsageError("--static: is for rawlogs and pings only");
+  if (has(InputKind::Pings) && options.posesPath.empty() && !options.standingStill &&
+      !options.evenWithoutPoses)
+    throw UsageError(
+        "--poses: pings in a .csv need poses by time (or --static if the sonar stood still at the origin)");
+  if (!options.sensorOrigin.isZero() && !has(InputKind::Pcd) && !has(InputKind::Pings))
+    throw UsageError("--sensor-origin: is for PCD files and pings only");
+  options.pings.validate();
+  if (!has(InputKind::Pings) && !(options.pings == PingRules()))
+    throw UsageError("the flags that begin with --ping- are for .csv files with pings only");
   if (options.cloudFrame == CloudFrame::Sensor && !has(InputKind::Pcd))
     throw UsageError("--cloud-frame: is for PCD files only");
 }
@@ -173,7 +186,7 @@ bool ScanSource::isChosen(const ScanItem& item)
   if (const auto* observed = std::get_if<ObservedScan>(&item))
     return chooser_->takes(*observed->observation, contents_);
   if (const auto* points = std::get_if<PointScan>(&item))
-    return chooser_->takes(points->kind, std::nullopt, contents_);
+    return chooser_->takes(points->kind, points->time, contents_);
   const auto& leftOut = std::get<LeftOutScan>(item);
   // What is no observation is reported in any case.
   return !leftOut.observation || chooser_->takes(*leftOut.observation, contents_);
@@ -202,7 +215,7 @@ std::vector<std::unique_ptr<ScanSource>> openAllOf(const InputOptions& options)
       throw std::runtime_error(
           options.posesPath +
           ": its poses have no times (KITTI: twelve numbers per line), so they do not tell "
-          "where a rawlog's observations were made; expected lines that begin with a time");
+          "where a log's observations were made; expected lines that begin with a time");
     track = std::make_shared<const PoseTrack>(poses);
   }
   std::vector<std::unique_ptr<ScanSource>> sources;
@@ -215,6 +228,8 @@ std::vector<std::unique_ptr<ScanSource>> openAllOf(const InputOptions& options)
       sources.push_back(std::make_unique<SimpleMapSource>(path, options.shouldStop));
     else if (kinds[i] == InputKind::Graph)
       sources.push_back(std::make_unique<GraphSource>(path));
+    else if (kinds[i] == InputKind::Pings)
+      sources.push_back(openPingSource(path, track, options));
     else
       sources.push_back(std::move(*nextPcd++));
   }

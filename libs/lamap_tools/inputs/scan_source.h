@@ -2,6 +2,7 @@
 
 #include <lamap_core/scan/scan.h>
 #include <lamap_tools/inputs/cloud_frame_watch.h>
+#include <lamap_tools/inputs/ping_file.h>
 #include <lamap_tools/inputs/scan_choice.h>
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/poses/CPose3D.h>
@@ -30,8 +31,9 @@ struct ObservedScan
 /// Rays that no observation of MRPT holds.
 struct PointScan
 {
-  std::string kind;  ///< what it was read from, for reports: "PCD file", "graph scan"
+  std::string kind;  ///< what it was read from, for reports: "PCD file", "graph scan", "sonar ping"
   Scan scan;
+  std::optional<mrpt::Clock::time_point> time{};  ///< where its file states one
 };
 
 /// Something that is not inserted, and why.
@@ -114,10 +116,12 @@ struct InputOptions
   /// VIEWPOINT: by time where the names of all files are times of poses, else the k-th for the k-th file.
   /// Empty: none.
   std::string posesPath;
-  /// Of PCD files: where the sensor is in the frame of VIEWPOINT or of the pose that replaces it [m].
+  /// Where the sensor is [m]: of PCD files in the frame of VIEWPOINT or of the pose that replaces it, of
+  /// sonar pings in the robot's.
   Eigen::Vector3d sensorOrigin = Eigen::Vector3d::Zero();
   CloudFrame cloudFrame = CloudFrame::Map;
-  /// For rawlogs: the robot stood still at the map's origin, whatever the log says.
+  PingRules pings;  ///< of `.csv` files
+  /// For rawlogs and pings: the robot stood still at the map's origin, whatever the log says.
   bool standingStill = false;
   /// To look at rawlogs without poses: what they hold is left out, with that reason, instead of an error.
   /// Given poses must cover some of it all the same.
@@ -146,6 +150,8 @@ struct InputOptions
  * nanoseconds since 1970. A folder whose names are times is read in their order. A point no farther from the
  * sensor than the numbers can tell, or than 1 mm, is put on it: it is no return.
  * - `.graph`: each scan of an OctoMap scan graph.
+ * - `.csv`: the pings of a scanning sonar, see PingFile, at the poses of `posesPath`, interpolated at their
+ * times; a ping outside the time that they cover is left out.
  *
  * What is not chosen (InputOptions::choice) is left out without being counted.
  *

@@ -1,5 +1,6 @@
 #include <lamap_tools/simulate/simulated_log.h>
 
+#include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_tools/files/file_output.h>
 #include <mrpt/core/Clock.h>
 #include <mrpt/maps/CSimpleMap.h>
@@ -66,18 +67,6 @@ CPose3D coarse(const CPose3D& pose)
 {
   return CPose3D(coarse(pose.x()), coarse(pose.y()), coarse(pose.z()), coarse(pose.yaw()),
                  coarse(pose.pitch()), coarse(pose.roll()));
-}
-
-/// MRPT spells the cone's member with one p or two, depending on its version.
-template <typename Range>
-auto setCone(Range& ranges, float aperture, int) -> decltype(ranges.sensorConeAperture = aperture, void())
-{
-  ranges.sensorConeAperture = aperture;
-}
-template <typename Range>
-void setCone(Range& ranges, float aperture, long)
-{
-  ranges.sensorConeApperture = aperture;
 }
 
 /// Turns readings into observations.
@@ -204,7 +193,7 @@ class ObservationMaker
     ranges->sensorLabel = "SONAR";
     ranges->minSensorDistance = 0;
     ranges->maxSensorDistance = static_cast<float>(sensor_.rangeMax_m);
-    setCone(*ranges, static_cast<float>(sensor_.aperture_rad), 0);
+    compat::setConeAperture(*ranges, sensor_.aperture_rad);
     mrpt::obs::CObservationRange::TMeasurement measurement;
     measurement.sensorPose = headPose.asTPose();
     measurement.sensedDistance = 0;
