@@ -108,7 +108,7 @@ const std::vector<Change>& changes()
       {"epochs", "1", kDescent},
       {"beamWidth", "spacing"},
       // The beams of a small scan are near each other: only a narrow kernel tells their widths apart.
-      {"beamWidth", "spacing", {{"insertOpts.kernelSupport", "0.1"}}, kBgk},
+      {"beamWidth", "none", {{"insertOpts.kernelSupport", "0.1"}}, kBgk},
       {"echoWeight", "0.5", kCones},
       {"noEchoWeight", "0.5", kCones},
       {"usePoseCovariance", "true"},

@@ -278,7 +278,7 @@ TrainingSet trainingSetOf(const Scan& scan, const BgkStructure& structure, const
   const double resolution = structure.resolution;
   BgkInference inference = options;
   if (!inference.freeResolution) inference.freeResolution = resolution;
-  if (!inference.freeMargin) inference.freeMargin = resolution;
+  if (!inference.freeMargin) inference.freeMargin = 0.5 * resolution;
   if (!inference.hitDownsampling) inference.hitDownsampling = resolution;
   const bool cells = inference.trainingPoints == TrainingPoints::Cells;
   const double groupEdge = cells ? resolution : *inference.hitDownsampling;
@@ -369,12 +369,35 @@ OracleField::OracleField(const Scan& scan, const BgkStructure& structure, const 
             return isHit ? std::numeric_limits<double>::infinity() : d;
           });
 
+  if (!planar_ && inference.keepsUnseenSpace()) keepUnseenSpace(inference.freeWeight);
   for (const auto& [cell, hits] : training_.rawHits)
     if (inference.protectHits > 0 && hits >= inference.protectHits)
     {
       sumsAt(cell).free = 0;
       sumsAt(cell).freeReach = OracleEvidence::Reach::No;
     }
+}
+
+/// Where no free sample is, free evidence counts little unless more cells around are free than a half-space.
+void OracleField::keepUnseenSpace(double freeWeight)
+{
+  long double halfSpace = 0;
+  const int reach = static_cast<int>(std::ceil(support_ / resolution_));
+  for (int x = 1; x <= reach; ++x)
+    for (int y = -reach; y <= reach; ++y)
+      for (int z = -reach; z <= reach; ++z)
+        halfSpace += freeWeight *
+                     oracleKernel(kernel_, resolution_ * std::sqrt(x * x + y * y + z * z), support_, scale_);
+  std::set<Cell> seen;
+  for (const Eigen::Vector3d& free : training_.frees_map) seen.insert(voxelOf(free, resolution_));
+  Cell cell{};
+  for (cell[0] = first_[0]; cell[0] <= last_[0]; ++cell[0])
+    for (cell[1] = first_[1]; cell[1] <= last_[1]; ++cell[1])
+      for (cell[2] = first_[2]; cell[2] <= last_[2]; ++cell[2])
+      {
+        Sums& sums = sumsAt(cell);
+        if (seen.count(cell) == 0 && sums.free < halfSpace * 9 / 8) sums.free /= 128;
+      }
 }
 
 Eigen::Vector3d OracleField::centreOf(const Cell& cell) const

@@ -86,6 +86,7 @@ class OracleField
   };
   [[nodiscard]] Eigen::Vector3d centreOf(const Cell& cell) const;
   [[nodiscard]] Sums& sumsAt(const Cell& cell);
+  void keepUnseenSpace(double freeWeight);
   template <typename Distance>
   void weigh(const Eigen::Vector3d& low_map, const Eigen::Vector3d& high_map, double weight, bool occupied,
              const Distance& distance);

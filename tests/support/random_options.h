@@ -31,6 +31,7 @@ inline BgkInference randomInference(Random& random, double resolution_m)
   if (random.chance(0.3)) inference.minRange = random.uniform(0, 2) * resolution_m;
   if (random.chance(0.5)) inference.maxRange = random.uniform(3, 9) * resolution_m;
   inference.considerInvalidRangesAsFreeSpace = random.chance(0.7);
+  inference.beamWidth = BeamWidth::None;  // the oracle knows no widths
   return inference;
 }
 

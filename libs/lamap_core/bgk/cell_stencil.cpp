@@ -106,6 +106,14 @@ CellStencil::CellStencil(const Kernel& kernel, double factor, bool planar,
   countable_ = reach_ <= kEdge && *std::max_element(classSizes_.begin(), classSizes_.end()) <= 255;
 }
 
+int64_t CellStencil::sumBesidePlane() const
+{
+  int64_t sum = 0;
+  for (const Row& row : rows_)
+    for (int dx = 1; dx <= row.extent; ++dx) sum += weight(dx, row.dy, row.dz);
+  return sum;
+}
+
 Layers CellStencil::addUp(MaskNeighbourhood& neighbourhood, BlockSums& sums) const
 {
   return countable_ ? addByCounting(neighbourhood, sums) : addByCell(neighbourhood, sums);

@@ -56,6 +56,8 @@ class CellStencil
   [[nodiscard]] const std::vector<uint32_t>& classSizes() const { return classSizes_; }
   /// The sum if all cells around are marked.
   [[nodiscard]] int64_t fullSum() const { return fullSum_; }
+  /// The sum if all cells on one side of the cell are marked, which is all that lies before a flat surface.
+  [[nodiscard]] int64_t sumBesidePlane() const;
 
   /// Adds the sums for the central block. @return the layers that marked cells reach; the others are
   /// unchanged.

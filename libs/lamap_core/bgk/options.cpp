@@ -30,8 +30,8 @@ const OptionTable& BgkInference::optionTable()
     OptionTableOf<Self> all("insertOpts");
     all.add("freeSpace", &Self::freeSpace, oneOf({"samples", "line", "none"}),
             "free evidence of a ray: points along it, its nearest point to each cell, or none");
-    addFreeSampleOptions(all, 1).add("freeWeight", &Self::freeWeight, plain().from(0).to(1e3),
-                                     "weight of free evidence");
+    addFreeSampleOptions(all, 1, 0.5)
+        .add("freeWeight", &Self::freeWeight, plain().from(0).to(1e3), "weight of free evidence");
     addTrainingPointOptions(all)
         .add("protectHits", &Self::protectHits, plain().from(0).to(kWholeMost),
              "a cell with this many hits in a scan takes no free evidence from it; 0: none is protected, nor "
@@ -95,8 +95,10 @@ BgkOptions presetOptions(BgkPreset preset)
   options.structure.priorBeta = 0.001;
   BgkInference& inference = options.inference;
   inference.setAsInThesis();
+  inference.beamWidth = BeamWidth::None;
   inference.freeResolution = 0.5;
   inference.freeWeight = 1.0;
+  inference.thresholds.occupied = StateThresholds::kOccupiedInThesis;
   if (preset == BgkPreset::Thesis)
   {
     inference.kernelSupport = 0.3;

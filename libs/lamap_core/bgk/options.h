@@ -29,6 +29,8 @@ struct BgkStructure : public BlockOptions
 /** How scans become evidence. Lengths are in metres; those left empty are given in cells: see resolved(). */
 struct BgkInference : public SamplingOptions
 {
+  BgkInference() { beamWidth = BeamWidth::Spacing; }
+
   FreeSpace freeSpace = FreeSpace::Samples;
   double freeWeight = 0.5;  ///< weight of free evidence [-], ≥ 0
   KernelShape kernel = KernelShape::Sparse;
@@ -42,6 +44,13 @@ struct BgkInference : public SamplingOptions
   /// What decides the training points. Only of resolved options.
   [[nodiscard]] SamplingRules samplingRules() const;
   [[nodiscard]] RangeOptions rangeLimits() const { return limitsWith(freeSpace); }
+  /// Whether, in a 3D map, free evidence of kernels alone counts only in cells with free space all around.
+  /// Beams must speak for the gaps between them then.
+  [[nodiscard]] bool keepsUnseenSpace() const
+  {
+    return beamWidth == BeamWidth::Spacing && protectHits > 0 && freeSpace == FreeSpace::Samples &&
+           trainingPoints == TrainingPoints::Cells;
+  }
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate(double resolution_m) const;

@@ -38,7 +38,7 @@ const OptionTable& GpInference::optionTable()
             "all surrounding data")
         .add("freeSpace", &Self::freeSpace, oneOf({"samples", "none"}),
              "free evidence of a ray: points along it, or none");
-    addFreeSampleOptions(all, 2);
+    addFreeSampleOptions(all, 2, 1);
     addTrainingPointOptions(all)
         .add("protectHits", &Self::protectHits, plain().from(0).to(kWholeMost),
              "no free points in a cell with this many hits in a scan; 0: none is protected, nor are surfaces "
@@ -111,6 +111,7 @@ GpOptions presetOptions(GpPreset preset)
   inference.freeDownsampling = 0.1;
   inference.kernelSupport = 0.4;  // a block of 4 cells of 0.1 m and its neighbours
   inference.lengthScale = 1.0;
+  inference.thresholds.occupied = StateThresholds::kOccupiedInThesis;
   inference.thresholds.variance = 0.02;
   return options;
 }

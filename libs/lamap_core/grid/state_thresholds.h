@@ -4,11 +4,13 @@
 
 namespace lamap
 {
-/// Thesis eq. (4.9).
+/// Thesis eq. (4.9). The defaults were chosen by how well occupied cells cover simulated surfaces.
 struct StateThresholds
 {
-  double free = 0.3;      ///< a cell is free below this P(occupied); in [0, 1], not above `occupied`
-  double occupied = 0.7;  ///< a cell is occupied above this P(occupied); in [0, 1]
+  static constexpr double kOccupiedInThesis = 0.7;
+
+  double free = 0.3;       ///< a cell is free below this P(occupied); in [0, 1], not above `occupied`
+  double occupied = 0.55;  ///< a cell is occupied above this P(occupied); in [0, 1]
   double variance =
       0.0;  ///< a cell is unknown unless its variance is below this; 0: variances are not considered
 

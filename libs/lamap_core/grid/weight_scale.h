@@ -39,6 +39,8 @@ class WeightScale
     const auto rounded = static_cast<uint64_t>((sum + half_) >> shift_);
     return rounded > 0 || sum == 0 ? rounded : 1;
   }
+  /// A sum that is this evidence.
+  [[nodiscard]] int64_t sumOf(uint64_t evidence) const { return static_cast<int64_t>(evidence << shift_); }
 
  private:
   double unitsPerOne_;

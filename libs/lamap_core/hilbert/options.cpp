@@ -108,6 +108,7 @@ HilbertOptions presetOptions(HilbertPreset preset)
   inference.freeMargin = 0.0;
   inference.freeResolution = 0.5;
   inference.hitWeight = 1.0;
+  inference.thresholds.occupied = StateThresholds::kOccupiedInThesis;
   inference.considerInvalidRangesAsFreeSpace = false;
   return options;
 }

@@ -44,16 +44,17 @@ OptionTableOf<Self>& addPlanarOptions(OptionTableOf<Self>& table)
       .onlyWhere({"planarHeight"}, {{"planar", {"true"}}});
 }
 
-/// freeResolution, freeMargin. @param usualCells what freeResolution is while it is left empty
+/// freeResolution, freeMargin. @param usualCells, usualMargin_cells what they are while they are left empty
 template <typename Self>
-OptionTableOf<Self>& addFreeSampleOptions(OptionTableOf<Self>& table, double usualCells)
+OptionTableOf<Self>& addFreeSampleOptions(OptionTableOf<Self>& table, double usualCells,
+                                          double usualMargin_cells)
 {
   // A point every thousandth of a cell is a mistake in the unit, and would not end.
   return table
       .add("freeResolution", &Self::freeResolution,
            metres().above(0).to(kMetresMost).atLeastCells(1e-3).usuallyCells(usualCells),
            "distance between free points on a ray")
-      .add("freeMargin", &Self::freeMargin, metres().from(0).to(kMetresMost).usuallyCells(1),
+      .add("freeMargin", &Self::freeMargin, metres().from(0).to(kMetresMost).usuallyCells(usualMargin_cells),
            "no free point is closer than this to its ray's hit");
 }
 

@@ -111,6 +111,7 @@ OverlappingOptions presetOptions(OverlappingPreset preset)
   inference.freeMargin = 0.25;
   inference.freeResolution = 0.5;
   inference.hitWeight = 1.0;
+  inference.thresholds.occupied = StateThresholds::kOccupiedInThesis;
   inference.fieldWeight = 1.0;
   return options;
 }

@@ -310,7 +310,8 @@ std::optional<TrainingRay> PlacedFan::rayTo(const Eigen::Vector3d& end, double a
 {
   const Eigen::Vector3d ray = end - *origin;
   const double length = ray.norm();
-  const double margin = hasHit ? inCells.margin : 0.0;
+  // A free point that is wide says something of its ray's hit.
+  const double margin = hasHit ? std::max(inCells.margin, angle * length) : 0.0;
   if (!(length > 0)) return std::nullopt;
   const Eigen::Vector3d direction = ray / length;
   const RayWidth width = widths.any() ? widths.along(angle, direction) : RayWidth{};

@@ -9,6 +9,7 @@ void SamplingOptions::setAsInThesis()
   freeMargin = 0.0;
   protectHits = 0;
   considerInvalidRangesAsFreeSpace = false;
+  usePoseCovariance = false;
 }
 
 SamplingRules SamplingOptions::rulesWith(FreeSpace freeSpace, double widthUnit) const

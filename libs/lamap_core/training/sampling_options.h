@@ -14,8 +14,9 @@ struct SamplingOptions : public RangeOptions, public BeamOptions
   TrainingPoints trainingPoints = TrainingPoints::Cells;
   std::optional<double>
       freeResolution;  ///< distance between free points on a ray; empty: one cell (BGK), two (GP)
-  std::optional<double> freeMargin;  ///< no free point nearer to its ray's hit; empty: one cell
-  double freeDownsampling = 0.0;     ///< `Centroids`: voxel edge in which free points are averaged; 0: none
+  std::optional<double>
+      freeMargin;  ///< no free point nearer to its ray's hit; empty: half a cell (BGK), one (GP)
+  double freeDownsampling = 0.0;  ///< `Centroids`: voxel edge in which free points are averaged; 0: none
   /// `Centroids`: voxel edge in which hits are averaged; empty: one cell; 0: none
   std::optional<double> hitDownsampling;
   bool usePoseCovariance = false;  ///< points are as uncertain as the scan's pose, where it has a covariance

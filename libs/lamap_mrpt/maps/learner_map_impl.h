@@ -347,6 +347,7 @@ void LearnerMap<Learner>::serializeFrom(mrpt::serialization::CArchive& in, uint8
     Core map(creation);
     Learner::read(map, content, version);
     TInsertionOptions insertion;
+    if (version == 1) insertion.beamWidth = BeamWidth::None;  // such files do not hold it
     insertion.read(content);
     Learner::validate(insertion, creation);
     insertion = TInsertionOptions(Learner::resolved(insertion, creation));

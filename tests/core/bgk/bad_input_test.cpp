@@ -113,6 +113,7 @@ TEST(BgkMapProperty, CoordinatesOfEverySizeReachNoCellAsNonsense)
           inference.freeSpace = freeSpace;
           inference.trainingPoints = trainingPoints;
           inference.maxRange = 2.0;
+          inference.beamWidth = BeamWidth::None;
           inference.freeMargin = random.pick<double>({0.0, 0.1});
           SCOPED_TRACE("seed " + std::to_string(seed) + ": " + nameOf(inference));
           RayFan fan;

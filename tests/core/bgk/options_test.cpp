@@ -150,7 +150,7 @@ TEST(BgkInference, FillsInLengthsThatAreGivenInCells)
 {
   const BgkInference resolved = BgkInference().resolved(0.25);
   EXPECT_EQ(resolved.freeResolution, 0.25);
-  EXPECT_EQ(resolved.freeMargin, 0.25);
+  EXPECT_EQ(resolved.freeMargin, 0.125);
   EXPECT_EQ(resolved.hitDownsampling, 0.25);
   EXPECT_EQ(resolved.kernelSupport, 0.5);
   BgkInference own;
@@ -180,7 +180,9 @@ TEST(BgkPreset, DefaultIsWhatWasMeasuredBest)
   EXPECT_TRUE(options.inference.considerInvalidRangesAsFreeSpace);
   EXPECT_EQ(options.inference.rayDecimation, 1u);
   EXPECT_EQ(options.inference.thresholds.free, 0.3);
-  EXPECT_EQ(options.inference.thresholds.occupied, 0.7);
+  EXPECT_EQ(options.inference.beamWidth, BeamWidth::Spacing);
+  EXPECT_FALSE(options.inference.usePoseCovariance);
+  EXPECT_EQ(options.inference.thresholds.occupied, 0.55);
   EXPECT_EQ(options.inference.thresholds.variance, 0.0);
 }
 
@@ -204,6 +206,8 @@ TEST(BgkPreset, ThesisIsChapterFour)
   EXPECT_EQ(options.inference.kernel, KernelShape::Sparse);
   EXPECT_EQ(options.inference.kernelSupport, 0.3);
   EXPECT_EQ(options.inference.kernelScale, 10.0);
+  EXPECT_EQ(options.inference.beamWidth, BeamWidth::None);
+  EXPECT_EQ(options.inference.thresholds.occupied, 0.7);
   EXPECT_FALSE(options.inference.considerInvalidRangesAsFreeSpace);
 }
 

@@ -230,6 +230,7 @@ TEST(BgkMap, HoldsNoOctantWhoseMeanHasAnotherState)
   structure.blockDepth = 2;
   structure.priorAlpha = structure.priorBeta = 0.001;
   StateThresholds thresholds;
+  thresholds.occupied = 0.7;
   thresholds.variance = 0.04;
   BgkMap map(structure);
   map.addEvidence({0, 0, 0}, 0.094, 0.004, thresholds);
