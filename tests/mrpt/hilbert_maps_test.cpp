@@ -322,6 +322,7 @@ TYPED_TEST(HilbertMaps, FilesOfOlderVersionsLoadAsTheyWereAndThoseOfTodaySaveToT
       std::is_same_v<TypeParam, CHilbertMap>
           ? std::vector<std::pair<size_t, double>>{{114930, 0.11289191246}, {114515, -17.1270236969}}
           : std::vector<std::pair<size_t, double>>{{48343, 0.61385154724}, {9022, 10.22592163086}};
+  const std::string newestVersion = std::is_same_v<TypeParam, CHilbertMap> ? "_v2_" : "_v3_";
   size_t number = 0;
   for (const Settings& settings : {Settings{}, Settings{{"creationOpts.preset", "thesis"}}})
   {
@@ -334,11 +335,24 @@ TYPED_TEST(HilbertMaps, FilesOfOlderVersionsLoadAsTheyWereAndThoseOfTodaySaveToT
     expectSavesTheSameAgain(*loaded);
 
     const TypeParam today = taught<TypeParam>(settings);
-    const auto newest = goldenMapOf(aliasOf<TypeParam>() + "_v2_" + ending, &today);
+    const std::string newestName = aliasOf<TypeParam>() + newestVersion + ending;
+    const auto newest = goldenMapOf(newestName, &today);
     ASSERT_TRUE(newest);
     EXPECT_EQ(cellCount(*newest), cellCount(today));
-    expectSavesAs(*newest, aliasOf<TypeParam>() + "_v2_" + ending);
+    expectSavesAs(*newest, newestName);
     ++number;
+  }
+}
+
+TEST(OverlappingMrptMap, FilesOfVersion2LoadWithTheScansThatWait)
+{
+  for (const std::string name : {"0", "1", "waiting"})
+  {
+    const auto loaded = goldenMapOf<COverlappingHilbertMap>("overlappingHilbertMap_v2_" + name, nullptr);
+    ASSERT_TRUE(loaded) << name;
+    EXPECT_GT(cellCount(*loaded), 1000U);
+    EXPECT_EQ(loaded->core().pending().scans.size(), name == "waiting" ? 2U : 0U);
+    expectSavesTheSameAgain(*loaded);
   }
 }
 }  // namespace

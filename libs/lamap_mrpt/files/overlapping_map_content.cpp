@@ -123,7 +123,7 @@ void readRays(RayFan& fan, bool returned, size_t& count, ByteReader& in, uint8_t
   std::vector<Eigen::Vector3d> ends;
   readAll(ends, kPlaceBytes, in, [&] { return readMatrix<Eigen::Vector3d>(in); });
   std::vector<uint8_t> kinds(ends.size(), returned ? 0 : 1);
-  if (version > 1) kinds = in.vector<uint8_t>();
+  if (version > 2) kinds = in.vector<uint8_t>();
   if (kinds.size() != ends.size())
     throw std::runtime_error("the map is corrupt: not every ray of a waiting scan has a kind");
   for (size_t i = 0; i < ends.size(); ++i)
@@ -159,13 +159,13 @@ void writeScan(const ModelScan& scan, ByteWriter& out)
   writeMatrix(scan.uncertainty->point, out);
 }
 
-Beam readBeam(ByteReader& in)
+Beam readBeam(ByteReader& in, uint8_t version)
 {
   Beam beam;
   beam.halfWidth_rad = in.number<double>();
   beam.halfHeight_rad = in.number<double>();
   beam.rangeStd_m = in.number<double>();
-  beam.up = readMatrix<Eigen::Vector3d>(in);
+  if (version > 2) beam.up = readMatrix<Eigen::Vector3d>(in);
   const auto isLegal = [](double number) { return number >= 0 && std::isfinite(number); };
   if (!isLegal(beam.halfWidth_rad) || !isLegal(beam.halfHeight_rad) || !isLegal(beam.rangeStd_m) ||
       !beam.up.allFinite())
@@ -181,7 +181,7 @@ ModelScan readScan(ByteReader& in, uint8_t version)
           {
             RayFan fan;
             fan.centre = readMatrix<Eigen::Vector3d>(in);
-            if (version > 1) fan.beam = readBeam(in);
+            if (version > 1) fan.beam = readBeam(in, version);
             readRays(fan, true, scan.rays.counts.hits, in, version);
             readRays(fan, false, scan.rays.counts.freeOnly, in, version);
             const auto rangeMax_m = in.number<double>();
