@@ -1,11 +1,13 @@
 // Laws that hold for all four maps.
 #include <gtest/gtest.h>
 #include <lamap_mrpt/compat/mrpt_compat.h>
+#include <lamap_mrpt/observations/observation_rays.h>
 #include <mrpt/opengl/CSetOfObjects.h>
 #include <support/seeds.h>
 
 #include <exception>
 #include <limits>
+#include <stdexcept>
 #include <string>
 
 #include "law_maps.h"
@@ -173,6 +175,31 @@ TYPED_TEST(MapLaws, BadRaysAreCountedAndChangeNothing)
       ASSERT_FALSE(same.insertObservation(*good.observation, nowhere)) << nowhere;
     ASSERT_EQ(bytesOf(same), bytesOf(clean));
   }
+}
+
+TYPED_TEST(MapLaws, AScanFromAPoseThatIsNoRigidMotionIsRefused)
+{
+  Random random(3);
+  const TakenScan scan = randomCloud(random);
+  TypeParam map = mapOf<TypeParam>({}, {scan});
+  map.setMinLoggingLevel(mrpt::system::LVL_ERROR);
+  const auto before = bytesOf(map);
+  for (const Eigen::Vector3d& scales :
+       {Eigen::Vector3d(2, 1, 1), Eigen::Vector3d(-1, 1, 1), Eigen::Vector3d(1, 1, 1.001)})
+  {
+    Scan stretched = raysOf(*scan.observation, scan.robotPose_map).value();
+    stretched.sensorPose_map.linear() = stretched.sensorPose_map.linear() * scales.asDiagonal();
+    auto core = map.core();
+    EXPECT_THROW(core.insert(stretched, map.insertionOptions), std::invalid_argument);
+
+    mrpt::math::CMatrixDouble33 rotation = scan.robotPose_map.getRotationMatrix();
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 3; ++column) rotation(row, column) *= scales[column];
+    mrpt::poses::CPose3D pose = scan.robotPose_map;
+    pose.setRotationMatrix(rotation);
+    EXPECT_FALSE(map.insertObservation(*scan.observation, pose));
+  }
+  EXPECT_EQ(bytesOf(map), before);
 }
 
 // ---- Probabilities, and how far they reach

@@ -18,13 +18,6 @@ namespace
 /// Nyström: the kernel is taken for 0 from here on.
 constexpr double kNothing = 1e-9;
 
-bool isRotation(const Eigen::Matrix3d& matrix)
-{
-  constexpr double kTolerance = 1e-6;
-  return (matrix.transpose() * matrix - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kTolerance &&
-         matrix.determinant() > 0;
-}
-
 Eigen::Vector3d originOf(const Eigen::Isometry3d& pose, bool planar)
 {
   return {pose.translation().x(), pose.translation().y(), planar ? 0.0 : pose.translation().z()};

@@ -169,6 +169,7 @@ Eigen::Vector3d SelectedRays::firstCentre_map() const
 SelectedRays selectRays(const Scan& scan, const RangeOptions& limits)
 {
   requireLegalOptions(limits, std::nullopt);
+  scan.requireRigidPose();
 
   SelectedRays rays;
   rays.scan.sensorPose_map = scan.sensorPose_map;

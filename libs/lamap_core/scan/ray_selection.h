@@ -66,7 +66,8 @@ struct SelectedRays
  * The maximum range is the smaller of the option's and the one that the observation states. A ray longer than
  * that is free up to there and has no hit. A ray without a return is free up to there too, but not beyond the
  * returns that bound it, see OpenSpace.
- * @throws std::invalid_argument naming the first illegal option, its value and the legal range. */
+ * @throws std::invalid_argument naming the first illegal option, its value and the legal range; or if the
+ * scan's pose is no rigid motion */
 [[nodiscard]] SelectedRays selectRays(const Scan& scan, const RangeOptions& limits);
 
 }  // namespace lamap

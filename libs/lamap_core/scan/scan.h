@@ -93,10 +93,17 @@ struct Scan
   std::optional<PoseCovariance> poseCovariance;
   std::vector<RayFan> fans;
 
+  /// @throws std::invalid_argument where the pose is finite but no rigid motion: it would stretch or mirror
+  /// the scan
+  void requireRigidPose() const;
+
   /// @param point [m] in the sensor's frame
   [[nodiscard]] Eigen::Vector3d inMap(const Eigen::Vector3d& point) const;
   /// @param vector in the axes of the sensor. @return it in those of the map
   [[nodiscard]] Eigen::Vector3d turnedToMap(const Eigen::Vector3d& vector) const;
 };
+
+/// Whether a matrix turns vectors, and neither stretches nor mirrors them: to 1e-6 in each of its products.
+[[nodiscard]] bool isRotation(const Eigen::Matrix3d& matrix);
 
 }  // namespace lamap

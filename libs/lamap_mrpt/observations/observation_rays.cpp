@@ -460,6 +460,7 @@ std::optional<Scan> raysOf(const CObservation& observation, const CPose3D& robot
   try
   {
     Scan scan = raysOfSupported(observation, robotPose);
+    scan.requireRigidPose();
     if (const uint8_t echo = echoRankOf(observation.sensorLabel))
       for (RayFan& fan : scan.fans)
         for (Ray& ray : fan.rays) ray.echo = echo;
