@@ -111,7 +111,11 @@ TEST(HeldOut, IsAMapOfTheOtherScansAskedAboutWhatTheseShow)
     EXPECT_EQ(report.scores.all.cells(), count);
     EXPECT_EQ(report.scores.all.occupied, occupied);
     EXPECT_EQ(report.scores.observed.cells(), observed);
-    EXPECT_LT(observed, count);
+    // A BGK map speaks for what lies between beams, too.
+    if (map == "octoMap")
+    {
+      EXPECT_LT(observed, count);
+    }
     EXPECT_NEAR(*report.scores.all.brier, sum / static_cast<double>(count), 1e-6);  // an .ot holds floats
     EXPECT_GT(*report.scores.all.areaUnderRoc, 0.6);
   }

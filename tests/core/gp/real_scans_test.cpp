@@ -26,9 +26,11 @@ TEST(StructuredLongTerm, CommitteesGoOnGrowingWhereBgkSettles)
     const GpOptions options = presetOptions(preset);
     GpInference inference = options.inference;
     inference.maxRange = 8.0;
+    inference.thresholds.occupied = StateThresholds::kOccupiedInThesis;
     GpMap gp(options.structure);
     BgkInference bgkInference;
     bgkInference.maxRange = 8.0;
+    bgkInference.thresholds.occupied = StateThresholds::kOccupiedInThesis;
     BgkMap bgk;
     std::vector<size_t> ofGp, ofBgk;
     for (size_t n = 1; n <= scans.size(); ++n)
