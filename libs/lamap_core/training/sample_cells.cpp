@@ -33,7 +33,8 @@ LAMAP_INLINED void findCells(const SampledRay& ray, double from, int count, Cell
 
 void SampleCells::find(const SampledRay& ray, int64_t from, int count)
 {
-  withRegisters([&](auto /*r*/) LAMAP_INLINED_LAMBDA { findCells(ray, static_cast<double>(from), count, cells_); });
+  withRegisters([&](auto /*r*/) LAMAP_INLINED_LAMBDA
+                { findCells(ray, static_cast<double>(from), count, cells_); });
 }
 
 }  // namespace lamap
