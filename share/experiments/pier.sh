@@ -22,7 +22,7 @@ maps=(-m "CBGKMap (cones): bgkMap $cones $reach" -m "CBGKMap (lines): bgkMap $li
   -m "CGPMap (cones): gpMap $cones $sparse" -m "CGPMap (lines): gpMap $lines $sparse" -m "COctoMap: octoMap")
 if $quick; then
   seeds=(61)
-  sweeps=1
+  sweeps=2
   maps=(-m "CBGKMap (cones): bgkMap $cones $reach" -m "CBGKMap (lines): bgkMap $lines $reach" -m "COctoMap: octoMap")
 fi
 

@@ -137,6 +137,11 @@ TEST_F(Pings, ABadLineIsNamedWithWhatWouldBeRight)
     EXPECT_TRUE(says(complaint, words)) << complaint;
   }
   EXPECT_TRUE(says(complaintAbout("time,azimuth,range,bins\n"), "pings.csv: holds no ping"));
+  // Without any intensity there is nothing to choose a threshold by: each flat profile would be an echo.
+  const std::string silent = complaintOf<std::runtime_error>(
+      [&] { (void)read("1, 0, 10, 0, 0, 0\n2, 9, 10, 0, 0, 0\n", PingRules{}); });
+  EXPECT_TRUE(says(silent, "pings.csv: no intensity")) << silent;
+  EXPECT_TRUE(says(silent, "give --ping-threshold")) << silent;
   EXPECT_TRUE(says(complaintOf<std::runtime_error>([] { (void)PingFile::read("/none.csv", rules(), kGoOn); }),
                    "/none.csv: cannot be opened"));
 }

@@ -1,6 +1,7 @@
 #include <lamap_core/math/registers.h>
 #include <lamap_core/scan/direction_angles.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -81,8 +82,8 @@ void findAngles(DirectionBatch& directions)
     const float yy = directions.y[i] * directions.y[i];
     across[i] = std::sqrt(xx + yy);
   }
-  directions.azimuth = directions.y;
-  directions.elevation = directions.z;
+  std::copy_n(directions.y.begin(), count, directions.azimuth.begin());
+  std::copy_n(directions.z.begin(), count, directions.elevation.begin());
   withRegisters(
       [&](auto registers) LAMAP_INLINED_LAMBDA
       {

@@ -169,6 +169,10 @@ PingFile PingFile::read(const std::string& path, const PingRules& rules,
                                          findEchoes(profile.intensities, profile.rangeMax_m, file.rules)});
                  });
   if (file.pings.empty() && !shouldStop()) throw std::runtime_error(path + ": holds no ping");
+  if (!rules.threshold && half == 0 && !shouldStop())
+    throw std::runtime_error(path +
+                             ": no intensity beyond the dead zone is above 0, so that none tells what an " +
+                             "echo is; give --ping-threshold, or a smaller --ping-dead-zone");
   return file;
 }
 

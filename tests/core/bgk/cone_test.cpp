@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <lamap_core/bgk/map.h>
 #include <lamap_core/training/sampler.h>
+#include <support/bgk_inferences.h>
 #include <support/bgk_oracle.h>
 #include <support/grid_words.h>
 #include <support/seeded_scans.h>
@@ -38,24 +39,10 @@ Scan pings(Random& random, double aperture_deg)
   return scan;
 }
 
-std::vector<BgkInference> coneInferences()
-{
-  std::vector<BgkInference> all;
-  for (const TrainingPoints points : {TrainingPoints::Cells, TrainingPoints::Centroids})
-    for (const FreeSpace free : {FreeSpace::Samples, FreeSpace::Line})
-    {
-      BgkInference& inference = all.emplace_back();
-      inference.trainingPoints = points;
-      inference.freeSpace = free;
-      inference.beamWidth = BeamWidth::Observation;
-    }
-  return all;
-}
-
 TEST(BgkCone, EvidenceIsTheSumOverTheTrainingPoints)
 {
   for (unsigned seed = 1; seed <= seeds(4); ++seed)
-    for (const BgkInference& inference : coneInferences())
+    for (const BgkInference& inference : inferencesWith(BeamWidth::Observation))
     {
       if (inference.freeSpace == FreeSpace::Line) continue;
       SCOPED_TRACE(seed);
@@ -104,7 +91,7 @@ TEST(BgkCone, EvidenceIsTheSumOverTheTrainingPoints)
 
 TEST(BgkCone, AnApertureThatTendsToZeroGivesThePlainMap)
 {
-  for (BgkInference inference : coneInferences())
+  for (BgkInference inference : inferencesWith(BeamWidth::Observation))
   {
     Random random(3);
     const Scan scan = pings(random, 1e-3);
@@ -130,7 +117,7 @@ TEST(BgkCone, AnApertureThatTendsToZeroGivesThePlainMap)
 
 TEST(BgkCone, WithoutBeamWidthAnApertureMeansNothing)
 {
-  for (BgkInference inference : coneInferences())
+  for (BgkInference inference : inferencesWith(BeamWidth::Observation))
   {
     inference.beamWidth = BeamWidth::None;
     Random random(4);
@@ -150,7 +137,7 @@ TEST(BgkCone, WithoutBeamWidthAnApertureMeansNothing)
 
 TEST(BgkCone, ThreadsAndOrderChangeNothing)
 {
-  for (const BgkInference& inference : coneInferences())
+  for (const BgkInference& inference : inferencesWith(BeamWidth::Observation))
   {
     Random random(5);
     const Scan one = pings(random, 15);
@@ -170,7 +157,7 @@ TEST(BgkCone, MovingByWholeCellsMovesTheMap)
   BgkStructure structure;
   structure.resolution = 0.125;
   const CellIndex by{-13, 4099, 7};
-  for (const BgkInference& inference : coneInferences())
+  for (const BgkInference& inference : inferencesWith(BeamWidth::Observation))
   {
     Random random(6);
     Scan scan = quantized(pings(random, 15), 20);
@@ -193,7 +180,7 @@ TEST(BgkCone, MovingByWholeCellsMovesTheMap)
 
 TEST(BgkCone, TheCapTakesNoFreeEvidence)
 {
-  for (const BgkInference& inference : coneInferences())
+  for (const BgkInference& inference : inferencesWith(BeamWidth::Observation))
   {
     Scan scan;
     RayFan& fan = scan.fans.emplace_back();

@@ -4,6 +4,7 @@
 #include <lamap_core/bgk/kernels_by_width.h>
 #include <lamap_core/bgk/map.h>
 #include <lamap_core/training/sampler.h>
+#include <support/bgk_inferences.h>
 #include <support/bgk_oracle.h>
 #include <support/grid_words.h>
 #include <support/seeded_scans.h>
@@ -170,17 +171,12 @@ Scan fewBeams(uint64_t seed)
 
 std::vector<BgkInference> wideInferences()
 {
-  std::vector<BgkInference> all;
-  for (const TrainingPoints points : {TrainingPoints::Cells, TrainingPoints::Centroids})
-    for (const FreeSpace free : {FreeSpace::Samples, FreeSpace::Line})
-    {
-      BgkInference& inference = all.emplace_back();
-      inference.trainingPoints = points;
-      inference.freeSpace = free;
-      inference.freeResolution = 0.25;
-      inference.usePoseCovariance = true;
-      inference.beamWidth = BeamWidth::Spacing;
-    }
+  std::vector<BgkInference> all = inferencesWith(BeamWidth::Spacing);
+  for (BgkInference& inference : all)
+  {
+    inference.freeResolution = 0.25;
+    inference.usePoseCovariance = true;
+  }
   return all;
 }
 

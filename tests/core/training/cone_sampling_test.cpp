@@ -294,7 +294,7 @@ TEST(ConeSampling, PointsByThemselvesAreAsDenseNearTheSensorAsElsewhere)
   SamplingRules rules = coneRules();
   rules.points = TrainingPoints::Centroids;
   const Taught taught = taughtBy(pingOf({4, 0, 0}, 20), rules);
-  // Per cell of 0.1 m, with samples and rays a cell apart: about one, wherever in the cone.
+  // Samples and rays stand a cell of 0.1 m apart, so each cell of the cone takes about one, near or far.
   for (const double x : {0.8, 1.5, 2.5, 3.5})
   {
     double sum = 0;
