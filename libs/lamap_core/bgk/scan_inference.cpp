@@ -175,7 +175,7 @@ class BgkScanInference::Implementation
     MaskNeighbourhood neighbourhood;
   };
 
-  void sumWideCells(const Workers& workers);
+  [[nodiscard]] bool sumWideCells(const Workers& workers);
   [[nodiscard]] double farthestReach() const;
   void findTargets();
   void addTargetsAround(const BlockIndex& block, const CellIndex& first, const CellIndex& last);
@@ -249,7 +249,18 @@ Evidence BgkScanInference::Implementation::infer(const Scan& scan, const BgkInfe
                                      workers.threads());
       });
   counts = training_->counts;
-  sumWideCells(workers);
+  if (!sumWideCells(workers))
+  {
+    if (inference.beamWidth != BeamWidth::Spacing)
+      throw std::length_error(
+          "the wide points of a scan reach more than 67 million cells: set maxRange, or leave out what makes "
+          "them wide (beamWidth, usePoseCovariance)");
+    BgkInference narrowed = inference;
+    narrowed.beamWidth = BeamWidth::Observation;
+    Evidence evidence = infer(scan, narrowed, structure, layer, workers, counts);
+    counts.narrowed = counts.used();
+    return evidence;
+  }
   findTargets();
   const BlockShape shape(structure.blockDepth - 1, structure.planar);
   tabulatePartOffsets(shape);
@@ -280,11 +291,14 @@ BlockPlace BgkScanInference::Implementation::placeOf(const BlockIndex& target) c
   return place;
 }
 
-void BgkScanInference::Implementation::sumWideCells(const Workers& workers)
+/// @return whether there is room for them
+bool BgkScanInference::Implementation::sumWideCells(const Workers& workers)
 {
   const std::vector<ExpectedKernel>& kernels = weights_->kernels.wide();
-  wideHits_.compute(*training_, kernels, &WideMasks::hit, &WideMasks::anyHit, weights_->planar, workers);
-  wideFree_.compute(*training_, kernels, &WideMasks::free, &WideMasks::anyFree, weights_->planar, workers);
+  return wideFree_.compute(*training_, kernels, &WideMasks::free, &WideMasks::anyFree, weights_->planar,
+                           workers) &&
+         wideHits_.compute(*training_, kernels, &WideMasks::hit, &WideMasks::anyHit, weights_->planar,
+                           workers);
 }
 
 /// How far from its place a point of the scan may have a weight [cells].

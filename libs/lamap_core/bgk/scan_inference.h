@@ -21,10 +21,13 @@ class BgkScanInference
   BgkScanInference();
   ~BgkScanInference();
 
-  /** @param inference resolved and valid
+  /** A scan whose beams are so far apart, in cells, that giving them that width would take gigabytes, is
+   * learned with `beamWidth` = observation, and its rays are counted as narrowed.
+   *  @param inference resolved and valid
    *  @param layer of a planar map
    *  @param counts set to what became of the scan's rays
-   *  @throws std::length_error if the scan's rays are too long for cells of this size */
+   *  @throws std::length_error if the scan's rays are too long, or its points too wide, for cells of this
+   *  size */
   [[nodiscard]] Evidence infer(const Scan& scan, const BgkInference& inference, const BgkStructure& structure,
                                int32_t layer, const Workers& workers, RayCounts& counts);
 

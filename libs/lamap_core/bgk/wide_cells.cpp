@@ -1,7 +1,6 @@
 #include <lamap_core/bgk/wide_cells.h>
 
 #include <algorithm>
-#include <stdexcept>
 
 namespace lamap
 {
@@ -40,15 +39,33 @@ constexpr BlockIndex kAlongX{1, 0, 0};
 constexpr BlockIndex kAlongY{0, 1, 0};
 constexpr BlockIndex kAlongZ{0, 0, 1};
 
-/// Fields of more blocks would take gigabytes: such scans are a mistake in the unit, or have no maximum
-/// range.
-constexpr size_t kMaxBlocks = size_t{1} << 17;
-
-void requireRoom(const ScanBlocks& blocks)
+int blocksEachWay(const ExpectedKernel& kernel)
 {
-  if (blocks.blocks().size() > kMaxBlocks)
-    throw std::length_error(
-        "the wide points of a scan reach more than 67 million cells: set maxRange, or beamWidth = none");
+  return (kernel.reach() + kEdge - 1) / kEdge;
+}
+
+/// Adds the blocks from which others can be reached along an axis. @return whether there is room for them
+bool addReached(const std::vector<BlockIndex>& others, const BlockIndex& axis, int blocksEachWay,
+                ScanBlocks& blocks)
+{
+  for (const BlockIndex& other : others)
+  {
+    for (int step = -blocksEachWay; step <= blocksEachWay; ++step)
+      (void)blocks.findOrAdd(moved(other, axis, step));
+    if (blocks.blocks().size() > WideCells::kMaxBlocks) return false;
+  }
+  return true;
+}
+
+std::vector<BlockIndex> markedBlocks(const ScanBlocks& blocks, const std::vector<WideMasks>& level,
+                                     CellMask WideMasks::*mask)
+{
+  const auto isEmpty = [](const CellMask& cells)
+  { return std::all_of(cells.begin(), cells.end(), [](uint64_t word) { return word == 0; }); };
+  std::vector<BlockIndex> marked;
+  for (size_t number = 0; number < level.size(); ++number)
+    if (!isEmpty(level[number].*mask)) marked.push_back(blocks.blocks()[number]);
+  return marked;
 }
 
 void addScaled(const float* from, float weight, size_t count, float* to)
@@ -62,37 +79,46 @@ void addScaled(const float* from, float weight, size_t count, float* to)
 
 }  // namespace
 
-void WideCells::clear(Field& field, const std::vector<BlockIndex>& others, const BlockIndex& axis,
-                      int blocksEachWay) const
+bool WideCells::findBlocks(const TrainingSet& training, const std::vector<WideMasks>& level,
+                           CellMask WideMasks::*mask, const ExpectedKernel& kernel, bool planar)
 {
-  field.blocks.reset(low_, high_);
-  for (const BlockIndex& other : others)
-    for (int step = -blocksEachWay; step <= blocksEachWay; ++step)
-      (void)field.blocks.findOrAdd(moved(other, axis, step));
-  requireRoom(field.blocks);
-  field.sums.assign(field.blocks.blocks().size(), Sums{});
+  const int n = blocksEachWay(kernel);
+  alongX_.blocks.reset(low_, high_);
+  alongXy_.blocks.reset(low_, high_);
+  return addReached(markedBlocks(training.blocks, level, mask), kAlongX, n, alongX_.blocks) &&
+         addReached(alongX_.blocks.blocks(), kAlongY, n, alongXy_.blocks) &&
+         addReached(alongXy_.blocks.blocks(), kAlongZ, planar ? 0 : n, total_.blocks);
 }
 
-void WideCells::compute(const TrainingSet& training, const std::vector<ExpectedKernel>& kernels,
+bool WideCells::compute(const TrainingSet& training, const std::vector<ExpectedKernel>& kernels,
                         CellMask WideMasks::*mask, bool WideMasks::*any, bool planar, const Workers& workers)
 {
-  const auto isMarked = [&](const WideMasks& masks) { return masks.*any; };
-  int blocksEachWay = 0;
-  for (size_t level = 0; level < kWideLevels; ++level)
-    if (std::any_of(training.wideMasks[level].begin(), training.wideMasks[level].end(), isMarked))
-      blocksEachWay = kernels[level].reach() / kEdge + 1;
-  const BlockIndex& low = training.blocks.low();
-  const BlockIndex& high = training.blocks.high();
-  low_ = {low.x - blocksEachWay, low.y - blocksEachWay, low.z - blocksEachWay};
-  high_ = {high.x + blocksEachWay, high.y + blocksEachWay, high.z + blocksEachWay};
-  clear(total_, {}, kAlongX, 0);
+  std::vector<size_t> levels;
+  int farthest = 0;
   for (size_t level = 0; level < kWideLevels; ++level)
   {
     const std::vector<WideMasks>& masks = training.wideMasks[level];
-    if (std::none_of(masks.begin(), masks.end(), isMarked)) continue;
+    if (std::none_of(masks.begin(), masks.end(), [&](const WideMasks& block) { return block.*any; }))
+      continue;
+    levels.push_back(level);
+    farthest = std::max(farthest, blocksEachWay(kernels[level]));
+  }
+  const BlockIndex& low = training.blocks.low();
+  const BlockIndex& high = training.blocks.high();
+  low_ = {low.x - farthest, low.y - farthest, low.z - farthest};
+  high_ = {high.x + farthest, high.y + farthest, high.z + farthest};
+  total_.blocks.reset(low_, high_);
+  const auto findBlocksOf = [&](size_t level)
+  { return findBlocks(training, training.wideMasks[level], mask, kernels[level], planar); };
+  if (!std::all_of(levels.begin(), levels.end(), findBlocksOf)) return false;
+
+  total_.sums.assign(total_.blocks.blocks().size(), Sums{});
+  for (const size_t level : levels)
+  {
+    (void)findBlocksOf(level);
     for (const ExpectedKernel::Term& term : kernels[level].terms())
     {
-      sumAlongX(training, masks, mask, term, workers);
+      sumAlongX(training, training.wideMasks[level], mask, term, workers);
       sumAlongY(term, workers);
       if (planar)
         addLayers(term.factor);
@@ -100,6 +126,7 @@ void WideCells::compute(const TrainingSet& training, const std::vector<ExpectedK
         addAlongZ(term, workers);
     }
   }
+  return true;
 }
 
 void WideCells::sumAlongX(const TrainingSet& training, const std::vector<WideMasks>& level,
@@ -107,12 +134,7 @@ void WideCells::sumAlongX(const TrainingSet& training, const std::vector<WideMas
 {
   const AxisWeights weights(term.weights, 1.0);
   const int n = weights.blocksEachWay();
-  const auto isEmpty = [](const CellMask& cells)
-  { return std::all_of(cells.begin(), cells.end(), [](uint64_t word) { return word == 0; }); };
-  std::vector<BlockIndex> marked;
-  for (size_t number = 0; number < level.size(); ++number)
-    if (!isEmpty(level[number].*mask)) marked.push_back(training.blocks.blocks()[number]);
-  clear(alongX_, marked, kAlongX, n);
+  alongX_.sums.assign(alongX_.blocks.blocks().size(), Sums{});
   workers.forEach(alongX_.sums.size(),
                   [&](size_t i)
                   {
@@ -139,7 +161,7 @@ void WideCells::sumAlongY(const ExpectedKernel::Term& term, const Workers& worke
 {
   const AxisWeights weights(term.weights, 1.0);
   const int n = weights.blocksEachWay();
-  clear(alongXy_, alongX_.blocks.blocks(), kAlongY, n);
+  alongXy_.sums.assign(alongXy_.blocks.blocks().size(), Sums{});
   workers.forEach(alongXy_.sums.size(),
                   [&](size_t i)
                   {
@@ -166,10 +188,6 @@ void WideCells::addAlongZ(const ExpectedKernel::Term& term, const Workers& worke
 {
   const AxisWeights weights(term.weights, term.factor);
   const int n = weights.blocksEachWay();
-  for (const BlockIndex& block : alongXy_.blocks.blocks())
-    for (int step = -n; step <= n; ++step) (void)total_.blocks.findOrAdd(moved(block, kAlongZ, step));
-  requireRoom(total_.blocks);
-  total_.sums.resize(total_.blocks.blocks().size(), Sums{});
   workers.forEach(total_.sums.size(),
                   [&](size_t i)
                   {
@@ -195,8 +213,7 @@ void WideCells::addLayers(double factor)
 {
   for (size_t i = 0; i < alongXy_.sums.size(); ++i)
   {
-    const auto number = static_cast<size_t>(total_.blocks.findOrAdd(alongXy_.blocks.blocks()[i]));
-    if (number >= total_.sums.size()) total_.sums.resize(number + 1, Sums{});
+    const auto number = static_cast<size_t>(total_.blocks.find(alongXy_.blocks.blocks()[i]));
     addScaled(alongXy_.sums[i].data(), static_cast<float>(factor), kScanBlockCells,
               total_.sums[number].data());
   }

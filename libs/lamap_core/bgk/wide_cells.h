@@ -25,9 +25,13 @@ class WideCells
   /** @param kernels of kWidthLevels[1] and so on
    *  @param mask and any of WideMasks: the cells that count
    *  @param planar whether weights are limited to the layer
-   *  @throws std::length_error if the cells reach more than 2^17 blocks */
-  void compute(const TrainingSet& training, const std::vector<ExpectedKernel>& kernels,
-               CellMask WideMasks::*mask, bool WideMasks::*any, bool planar, const Workers& workers);
+   *  @return false, before anything is summed, if the cells reach more than kMaxBlocks */
+  [[nodiscard]] bool compute(const TrainingSet& training, const std::vector<ExpectedKernel>& kernels,
+                             CellMask WideMasks::*mask, bool WideMasks::*any, bool planar,
+                             const Workers& workers);
+
+  /// Sums of more blocks would take gigabytes: such a scan is in the wrong unit, or has no maximum range.
+  static constexpr size_t kMaxBlocks = size_t{1} << 17;
 
   /// Blocks that the cells reach.
   [[nodiscard]] const std::vector<BlockIndex>& blocks() const { return total_.blocks.blocks(); }
@@ -47,9 +51,10 @@ class WideCells
     }
   };
 
-  /// Makes a field of zeros on the blocks from which others can be reached along an axis.
-  void clear(Field& field, const std::vector<BlockIndex>& others, const BlockIndex& axis,
-             int blocksEachWay) const;
+  /** Finds the blocks that the cells of a level reach along X, along X and Y, and in total, where those of
+   * other levels stay. @return whether there is room for them */
+  [[nodiscard]] bool findBlocks(const TrainingSet& training, const std::vector<WideMasks>& level,
+                                CellMask WideMasks::*mask, const ExpectedKernel& kernel, bool planar);
   void sumAlongX(const TrainingSet& training, const std::vector<WideMasks>& level, CellMask WideMasks::*mask,
                  const ExpectedKernel::Term& term, const Workers& workers);
   void sumAlongY(const ExpectedKernel::Term& term, const Workers& workers);

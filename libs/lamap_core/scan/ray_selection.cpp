@@ -154,6 +154,7 @@ RayCounts& RayCounts::operator+=(const RayCounts& other)
   unbounded += other.unbounded;
   outside += other.outside;
   noReturn += other.noReturn;
+  narrowed += other.narrowed;
   noReturnLength_m += other.noReturnLength_m;
   noReturnLongest_m = std::max(noReturnLongest_m, other.noReturnLongest_m);
   return *this;

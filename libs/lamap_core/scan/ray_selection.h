@@ -32,6 +32,7 @@ struct RayCounts
   size_t hits = 0;       ///< used, with their end
   size_t freeOnly = 0;   ///< used as free space only: without return, or cut at the maximum range
   size_t noReturn = 0;   ///< of those, without return
+  size_t narrowed = 0;   ///< of the used ones: their beams are too far apart to be given a width
   size_t decimated = 0;  ///< skipped by rayDecimation
   size_t dropped = 0;    ///< nothing is known of them
   size_t notFinite = 0;  ///< NaN or infinite: left out

@@ -355,6 +355,11 @@ bool CLearnedMap::tally(const RayCounts& counts)
   if (tallied_.tooNear == 0 && counts.tooNear > 0)
     MRPT_LOG_INFO_STREAM("rays of a scan that are ignored: "
                          << counts.tooNear << "; closer than the minimum range, or on the sensor");
+  if (tallied_.narrowed == 0 && counts.narrowed > 0)
+    MRPT_LOG_WARN_STREAM("the beams of a scan of "
+                         << counts.narrowed
+                         << " rays are too far apart for beamWidth = spacing: they are taken as narrow. Set "
+                            "maxRange (reported once; all are counted)");
   tallied_ += counts;
   if (counts.used() == 0) return false;
   ++scansUsed_;
@@ -404,6 +409,7 @@ std::vector<CLearnedMap::Fact> CLearnedMap::scanFacts() const
     if (count > 0) facts.push_back({name, count});
   };
   addIfAny("rays as free space only, without return", tallied_.noReturn);
+  addIfAny("rays taken as narrow, too far apart", tallied_.narrowed);
   addIfAny("rays dropped by the sensor", tallied_.dropped);
   addIfAny("rays left out, not finite", tallied_.notFinite);
   addIfAny("rays left out, too near", tallied_.tooNear);

@@ -196,6 +196,9 @@ void printRays(const RayCounts& rays, std::ostream& out)
     out << mrpt::format(
         "  rays without a return: %zu used as free space, for %.2f m on average, %.2f m at most\n",
         rays.noReturn, rays.noReturnLength_m / static_cast<double>(rays.noReturn), rays.noReturnLongest_m);
+  if (rays.narrowed > 0)
+    out << "  rays taken as narrow: " << rays.narrowed
+        << " of beams too far apart for beamWidth = spacing; set maxRange\n";
   const auto printUnused = [&](size_t count, const char* why)
   {
     if (count > 0) out << "  rays not used: " << count << " " << why << "\n";
@@ -245,6 +248,7 @@ Json reportJson(const BuildReport& report)
                   {"no_return", report.rays.noReturn},
                   {"no_return_length_m", report.rays.noReturnLength_m},
                   {"no_return_longest_m", report.rays.noReturnLongest_m},
+                  {"narrowed", report.rays.narrowed},
                   {"unbounded", report.rays.unbounded},
                   {"dropped", report.rays.dropped},
                   {"too_near", report.rays.tooNear},

@@ -283,19 +283,49 @@ TEST(TrainingSet, HoldsTheFreeSamplesOfWideRays)
   EXPECT_EQ(freeCells(0.2), freeCells(0));
 }
 
-TEST(BgkWidth, AScanThatReachesTooFarIsRefusedBeforeItTakesAllMemory)
+/// Sixteen rings whose returns are 100 m away.
+Scan farRings()
 {
-  BgkInference inference;
-  inference.beamWidth = BeamWidth::Spacing;
   Scan scan;
   RayFan& fan = scan.fans.emplace_back();
   for (int i = 0; i < 360; ++i)
     for (int j = -15; j <= 15; j += 2)
       fan.addReturn(100 * Eigen::Vector3d(std::cos(i * M_PI / 180), std::sin(i * M_PI / 180),
                                           std::tan(j * M_PI / 180)));
-  BgkMap map;
-  EXPECT_THROW(map.insert(scan, inference), std::length_error);
-  EXPECT_TRUE(cellsOf(map.evidence()).empty());
+  return scan;
+}
+
+TEST(BgkWidth, AScanThatReachesTooFarIsRefusedBeforeItTakesAllMemory)
+{
+  BgkInference inference;
+  inference.usePoseCovariance = true;
+  Scan scan = farRings();
+  scan.poseCovariance = 0.5 * Scan::PoseCovariance::Identity();
+  for (const BeamWidth width : {BeamWidth::None, BeamWidth::Observation, BeamWidth::Spacing})
+  {
+    inference.beamWidth = width;
+    BgkMap map;
+    EXPECT_THROW(map.insert(scan, inference), std::length_error);
+    EXPECT_TRUE(cellsOf(map.evidence()).empty());
+  }
+}
+
+TEST(BgkWidth, BeamsThatAreTooFarApartAreNarrowAndCounted)
+{
+  BgkInference inference;
+  inference.beamWidth = BeamWidth::Spacing;
+  BgkMap spaced;
+  const RayCounts counts = spaced.insert(farRings(), inference);
+  EXPECT_EQ(counts.hits, farRings().fans[0].rays.size());
+  EXPECT_EQ(counts.narrowed, counts.used());
+  inference.beamWidth = BeamWidth::Observation;
+  BgkMap observed;
+  EXPECT_EQ(observed.insert(farRings(), inference).narrowed, 0);
+  EXPECT_EQ(differenceOf(spaced.evidence(), observed.evidence()), "");
+
+  inference.beamWidth = BeamWidth::Spacing;
+  inference.maxRange = 5;
+  EXPECT_EQ(BgkMap().insert(farRings(), inference).narrowed, 0);
 }
 
 TEST(BgkWidth, ACovarianceThatIsNoneIsRefused)
