@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 #include <lamap_mrpt/files/map_file.h>
+#include <mrpt/io/CFileGZInputStream.h>
 #include <support/small_maps.h>
 
+#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -33,13 +35,25 @@ std::shared_ptr<Map> goldenMapOf(const std::string& name, const Map* learned)
   return std::dynamic_pointer_cast<Map>(loadMapFile(goldenFile(name)));
 }
 
-/// Expects that a map saves to the bytes of a golden file.
+/// What a map file holds, however well it is compressed.
+inline std::string contentOfFile(const std::string& path)
+{
+  mrpt::io::CFileGZInputStream file(path);
+  std::string content;
+  std::array<char, 4096> part{};
+  while (const size_t count = file.Read(part.data(), part.size())) content.append(part.data(), count);
+  return content;
+}
+
+/// Expects that a map saves to the content of a golden file.
 template <typename Map>
 void expectSavesAs(const Map& map, const std::string& name)
 {
   const TemporaryFolder folder;
   saveMapFile(map, folder.file("again.lamap.gz"));
-  EXPECT_EQ(bytesOfFile(folder.file("again.lamap.gz")), bytesOfFile(goldenFile(name))) << name;
+  const std::string golden = contentOfFile(goldenFile(name));
+  EXPECT_GT(golden.size(), 100U);
+  EXPECT_EQ(contentOfFile(folder.file("again.lamap.gz")), golden) << name;
 }
 
 /// Expects that a map of an older file, saved and loaded again, saves to the same bytes.

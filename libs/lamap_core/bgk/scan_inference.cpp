@@ -130,17 +130,18 @@ void clearSums(const Layers& layers, BlockSums& sums)
   std::fill(sums.begin() + layers.begin * kLayer, sums.begin() + layers.end * kLayer, int64_t{0});
 }
 
-/// Adds the sums of wide points, but for what is less than cells can hold.
+/** Adds the sums of wide points, rounded to 1/4096 of a sharp point's weight at its own cell: finer digits are
+ * beyond what widths are known to, but would double the size of map files. */
 Layers addWide(const WideCells::Sums* wide, double factor, const WeightScale& scale, BlockSums& sums)
 {
   if (wide == nullptr) return {};
-  constexpr double kSmallest = 1.0 / (1 << kEvidenceFractionBits);
+  constexpr double kUnit = 1.0 / 4096;
   Layers reached;
   for (size_t cell = 0; cell < sums.size(); ++cell)
   {
-    const double sum = factor * (*wide)[cell];
-    if (sum < kSmallest) continue;
-    sums[cell] += scale.quantized(sum);
+    const auto units = static_cast<int64_t>(factor * (*wide)[cell] / kUnit + 0.5);
+    if (units == 0) continue;
+    sums[cell] += scale.quantized(static_cast<double>(units) * kUnit);
     const int z = static_cast<int>(cell) / (kEdge * kEdge);
     reached.include({z, z + 1});
   }

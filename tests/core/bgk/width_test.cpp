@@ -73,6 +73,7 @@ TEST(ExpectedKernel, IsTheMeanOfRandomDraws)
 }
 
 constexpr double kResolution_m = 0.1;
+constexpr double kRounding = 0.5 / 4096;  ///< of what a cell is given by wide points at cells
 
 BgkInference onlyHits()
 {
@@ -121,11 +122,11 @@ TEST(BgkWidth, ACellHoldsTheExpectedKernelOfAnUncertainReturn)
       {
         const double squared = off.x * off.x + off.y * off.y;
         EXPECT_NEAR(occupiedAt(map, {40 + off.x, -20 + off.y, off.z}), kernel.atSquaredDistance(squared),
-                    2e-6)
+                    kRounding + 2e-6)
             << "planar " << planar << " width " << width_m << " off " << off.x << ", " << off.y;
       }
       if (planar) continue;
-      EXPECT_NEAR(occupiedAt(map, {40, -20, 2}), kernel.atSquaredDistance(4), 2e-6);
+      EXPECT_NEAR(occupiedAt(map, {40, -20, 2}), kernel.atSquaredDistance(4), kRounding + 2e-6);
     }
 }
 
@@ -138,7 +139,8 @@ TEST(BgkWidth, TheSumOfAPointsWeightsStays)
     map.insert(oneReturn({4.05, -1.95, 0.05}, width_m), onlyHits());
     const double sum = sumOfOccupied(map);
     if (!sharp) sharp = sum;
-    EXPECT_NEAR(sum, *sharp, 0.02 * *sharp) << width_m;  // but for the cut of the kernel
+    // But for the cut of the kernel and, where a lone point is spread over many cells, rounding.
+    EXPECT_NEAR(sum, *sharp, (width_m < 0.3 ? 0.02 : 0.1) * *sharp) << width_m;
   }
 }
 
@@ -240,7 +242,7 @@ TEST(BgkWidth, BothWaysToPlacePointsSayTheSameOfOneReturn)
   points.insert(oneReturn({4.05, -1.95, 0.05}, 0.2), inference);
   for (const CellEvidence& cell : cellsOf(points.evidence()))
     EXPECT_NEAR(occupiedAt(cells, cell.cell), static_cast<double>(cell.evidence.first) * kEvidenceUnit,
-                1e-5)  // at the cut
+                kRounding + 1e-5)  // at the cut
         << cell.cell.x - 40 << ", " << cell.cell.y + 20 << ", " << cell.cell.z;
 }
 
