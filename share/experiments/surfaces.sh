@@ -35,20 +35,29 @@ mean_of()
 }
 
 : > "$out/surfaces.md"
-for kind in structured unstructured poles; do
-  tables=()
+report()
+{
+  local title=$1
+  shift
+  local tables=()
+  local s name
   for s in "${seeds[@]}"; do
-    name=surfaces.$kind.$s
-    world "$name" "$kind" --seed "$s" --truth-of surfaces --surface "$data/$name.surface.csv"
-    echo "score the shape of maps of $kind, seed $s"
+    name=surfaces.$title.$s
+    world "$name" "$@" --seed "$s" --truth-of surfaces --surface "$data/$name.surface.csv"
+    echo "score the shape of maps of $title, seed $s"
     "$lamap" compare -i "$data/$name.rawlog" -c "$data/$name.ini" --truth "$data/$name.csv" \
       --surface "$data/$name.surface.csv" --thresholds 0.50001 --table "$data/$name.table.csv" "${maps[@]}" > /dev/null
     tables+=("$data/$name.table.csv")
   done
   {
-    echo "**$kind**"
+    echo "**$title** (\`lamap simulate $*\`)"
     echo
     mean_of "${tables[@]}"
     echo
   } >> "$out/surfaces.md"
-done
+}
+report structured structured
+report unstructured unstructured
+report poles poles
+$quick || report dropouts structured --missing 0.1 --missing-burst 5
+report driving unstructured --sensor lidar16 --scans 6 --max-range 30
