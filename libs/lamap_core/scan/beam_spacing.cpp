@@ -76,7 +76,7 @@ class SeenBins
   {
     return static_cast<size_t>(bin.row - firstRow_) * kColumns + static_cast<size_t>(bin.column);
   }
-  [[nodiscard]] std::vector<uint8_t> stepsTowards(Towards side) const;
+  [[nodiscard]] std::vector<uint8_t> stepsTowards(Towards side, Towards opposite) const;
   [[nodiscard]] Row nextTo(int row, Towards side, const std::vector<Row>& quarters) const;
   void measure();
 
@@ -123,47 +123,47 @@ Row SeenBins::nextTo(int row, Towards side, const std::vector<Row>& quarters) co
   return wide;
 }
 
-/** How many bins it is from each bin with rays to the nearest other one, in the quarter of all directions
- * that opens towards one side; kNoStep if there is none.
+/** How many bins it is from each bin with rays to the nearest other one, in the two quarters of all
+ * directions that open towards one side and the opposite one; kNoStep if there is none.
  *
  * Step by step, for all bins of a row at once: what a quarter holds up to n steps away is what is next to the
  * bin, and what the quarters there hold up to n - 1 steps away. */
-std::vector<uint8_t> SeenBins::stepsTowards(Towards side) const
+std::vector<uint8_t> SeenBins::stepsTowards(Towards side, Towards opposite) const
 {
   std::vector<uint8_t> steps(counts_.size(), kNoStep);
   std::vector<Row> pending = seen_;
   std::vector<Row> quarters(seen_.size(), Row{});
+  std::vector<Row> opposites(seen_.size(), Row{});
+  std::vector<Row> wider(seen_.size());
+  std::vector<Row> widerOpposites(seen_.size());
   bool anyPending = true;
   for (uint8_t step = 1; step <= kMostSteps && anyPending; ++step)
   {
-    std::vector<Row> wider(seen_.size());
     anyPending = false;
     for (size_t row = 0; row < seen_.size(); ++row)
     {
       wider[row] = nextTo(static_cast<int>(row), side, quarters);
+      widerOpposites[row] = nextTo(static_cast<int>(row), opposite, opposites);
+      Row both = wider[row];
+      unite(both, widerOpposites[row]);
       for (size_t i = 0; i < kWords; ++i)
       {
-        for (uint64_t found = pending[row][i] & wider[row][i]; found != 0; found &= found - 1)
+        for (uint64_t found = pending[row][i] & both[i]; found != 0; found &= found - 1)
           steps[row * kColumns + i * 64 + static_cast<size_t>(__builtin_ctzll(found))] = step;
-        pending[row][i] &= ~wider[row][i];
+        pending[row][i] &= ~both[i];
         anyPending = anyPending || pending[row][i] != 0;
       }
     }
-    quarters = std::move(wider);
+    quarters.swap(wider);
+    opposites.swap(widerOpposites);
   }
   return steps;
 }
 
 void SeenBins::measure()
 {
-  const auto nearer = [](std::vector<uint8_t> one, const std::vector<uint8_t>& other)
-  {
-    std::transform(one.begin(), one.end(), other.begin(), one.begin(),
-                   [](uint8_t a, uint8_t b) { return std::min(a, b); });
-    return one;
-  };
-  const std::vector<uint8_t> beside = nearer(stepsTowards(Towards::Left), stepsTowards(Towards::Right));
-  const std::vector<uint8_t> upright = nearer(stepsTowards(Towards::Above), stepsTowards(Towards::Below));
+  const std::vector<uint8_t> beside = stepsTowards(Towards::Left, Towards::Right);
+  const std::vector<uint8_t> upright = stepsTowards(Towards::Above, Towards::Below);
   spacing_rad_.assign(counts_.size(), 0);
   for (size_t row = 0; row < seen_.size(); ++row)
   {
