@@ -27,11 +27,10 @@ void requireSubcommand(const CLI::App& app, const std::vector<std::string>& argu
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
   if (std::find(names.begin(), names.end(), name) != names.end()) return;
-  const std::string wrong = name.empty() ? "which subcommand?"
-                                         : "'" + name + "' is not a subcommand; did you mean " +
-                                               lamap::nearestOf(name, names) + "?";
-  throw lamap::tools::UsageError(wrong + " There are: " + lamap::tools::joined(names) +
-                                 ". `lamap --help` describes them");
+  throw lamap::tools::UsageError(
+      (name.empty() ? "which subcommand? There are: " + lamap::tools::joined(names)
+                    : "'" + name + "' is not a subcommand; " + lamap::suggestionFor(name, names)) +
+      ". `lamap --help` describes them");
 }
 }  // namespace
 

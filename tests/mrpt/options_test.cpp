@@ -185,7 +185,7 @@ TEST(Options, NumbersOutOfRangeAndFractionsOfWholeNumbersAreRefused)
               "whole number");
   EXPECT_SAYS(complaintOf(options, "[x_insertOpts]\nkernelScale = 0\n"), "insertOpts.kernelScale", "> 0");
   EXPECT_SAYS(complaintOf(options, "[x_insertOpts]\nfreeSpace = lines\n"), "insertOpts.freeSpace",
-              "samples, line, none", "nearest: line");
+              "samples, line, none", "did you mean line?");
 }
 
 TEST(Options, OptionsThatContradictEachOtherAreRefused)
@@ -224,6 +224,18 @@ TEST(Options, NearestCountsSwapsAndIgnoresCase)
   EXPECT_EQ(lamap::nearestOf("resolutoin", {"planar", "resolution", "pruning"}), "resolution");
   EXPECT_EQ(lamap::nearestOf("PLANAR", {"resolution", "planar"}), "planar");
   EXPECT_EQ(lamap::nearestOf("x", {}), "");
+}
+
+TEST(Options, OnlyWhatMayWellBeMeantIsSuggested)
+{
+  EXPECT_EQ(lamap::suggestionFor("resolutoin", {"planar", "resolution"}), "did you mean resolution?");
+  EXPECT_EQ(lamap::suggestionFor("RESOLUTION", {"planar", "resolution"}), "did you mean resolution?");
+  EXPECT_EQ(lamap::suggestionFor("unstr", {"structured", "unstructured"}, "'", "'"),
+            "did you mean 'unstructured'?");
+  EXPECT_EQ(lamap::suggestionFor("planar", {"resolution", "pruning"}), "there are: resolution, pruning");
+  EXPECT_EQ(lamap::suggestionFor("", {"a", "b"}, "[", "]"), "there are: [a], [b]");
+  EXPECT_EQ(lamap::suggestionFor("re", {"resolution"}), "there are: resolution");
+  EXPECT_EQ(lamap::suggestionFor("x", {}), "there are none");
 }
 
 // ---- The map's definition

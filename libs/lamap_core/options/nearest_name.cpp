@@ -58,4 +58,26 @@ std::string nearestOf(const std::string& name, const std::vector<std::string>& c
   return nearest;
 }
 
+std::optional<std::string> meantBy(const std::string& name, const std::vector<std::string>& candidates)
+{
+  constexpr size_t kFewestLetters = 3;
+  const std::string nearest = nearestOf(name, candidates);
+  if (!nearest.empty() && (editDistance(name, nearest) == 0 || looksLikeMistyped(name, nearest)))
+    return nearest;
+  for (const std::string& candidate : candidates)
+    if (name.size() >= kFewestLetters && editDistance(name, candidate.substr(0, name.size())) == 0)
+      return candidate;
+  return std::nullopt;
+}
+
+std::string suggestionFor(const std::string& name, const std::vector<std::string>& candidates,
+                          const std::string& open, const std::string& close)
+{
+  if (const auto meant = meantBy(name, candidates)) return "did you mean " + open + *meant + close + "?";
+  if (candidates.empty()) return "there are none";
+  std::string text = "there are: ";
+  for (size_t i = 0; i < candidates.size(); ++i) text += (i == 0 ? "" : ", ") + open + candidates[i] + close;
+  return text;
+}
+
 }  // namespace lamap

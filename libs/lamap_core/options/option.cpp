@@ -82,7 +82,7 @@ OptionContent Option::parsed(const std::string& text) const
     case OptionType::Choice:
       for (size_t i = 0; i < names.size(); ++i)
         if (lowerCase(names[i]) == lowerCase(text)) return OptionChoice{i};
-      refuse("is not known (nearest: " + nearestOf(text, names) + ")");
+      refuse("is not known; " + suggestionFor(text, names));
   }
   return {};
 }

@@ -34,8 +34,8 @@ const Option& OptionTable::require(const std::string& key) const
   if (const Option* option = find(key)) return *option;
   std::vector<std::string> known;
   for (const Option& option : options_) known.push_back(option.key);
-  throw std::invalid_argument("unknown option \"" + name_ + "." + key + "\"; the nearest one is \"" + name_ +
-                              "." + nearestOf(key, known) + "\"");
+  throw std::invalid_argument("unknown option \"" + name_ + "." + key + "\"; " +
+                              suggestionFor(key, known, name_ + "."));
 }
 
 void OptionTable::validate(ConstAnyOptions options, std::optional<double> resolution_m) const

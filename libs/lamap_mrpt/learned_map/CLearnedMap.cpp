@@ -187,8 +187,8 @@ bool CLearnedMap::optionIs(const std::string& section, const std::string& key, c
         isSame = option.textOf(now) == option.textOf(untouched);
       });
   if (!isSame)
-    throw std::invalid_argument("unknown section \"" + section + "\"; the nearest one is \"" +
-                                nearestOf(section, sections) + "\"");
+    throw std::invalid_argument("unknown section \"" + section + "\"; " +
+                                suggestionFor(section, sections, "\"", "\""));
   return *isSame;
 }
 

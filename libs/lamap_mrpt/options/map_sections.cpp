@@ -112,8 +112,7 @@ void requireKnownSections(const mrpt::config::CConfigFileBase& source, const std
                     [&](const auto& one) { return mrpt::system::strCmpI(section, one); }))
       continue;
     throw std::invalid_argument(withoutBrackets("unknown section \"" + section + "\" of " + nameOf(source) +
-                                                "; the nearest one is \"" + nearestOf(section, known) +
-                                                "\""));
+                                                "; " + suggestionFor(section, known, "\"", "\"")));
   }
 }
 

@@ -191,7 +191,7 @@ void load(TOptionGroup& group, const std::vector<std::string>& foreign,
   std::vector<std::string> known = foreign;
   for (const Option& option : table.options()) known.push_back(option.key);
   throw std::invalid_argument("unknown option " + quoted(key) + " in section " + quoted(section) + " of " +
-                              nameOf(source) + "; the nearest one is " + quoted(nearestOf(key, known)));
+                              nameOf(source) + "; " + suggestionFor(key, known, "\"", "\""));
 }
 }  // namespace
 

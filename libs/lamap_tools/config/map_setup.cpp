@@ -53,8 +53,7 @@ MapCounts countsIn(const CConfigFileBase& config)
         std::find_if(countKeys.begin(), countKeys.end(),
                      [&](const std::string& other) { return mrpt::system::strCmpI(key, other); });
     if (known == countKeys.end())
-      throw std::runtime_error("[map] " + key + ": no map of this name; did you mean " +
-                               nearestOf(key, countKeys) + "?");
+      throw std::runtime_error("[map] " + key + ": no map of this name; " + suggestionFor(key, countKeys));
     const std::string text = withoutComment(config.read_string(kSection, key, ""));
     const auto count = numberIn<long>(text);
     if (!count || *count < 0)
@@ -116,8 +115,8 @@ void requireKnownSections(const CConfigFileBase& config, const MapCounts& counts
     const std::string chosen = std::string(kSection) + "_" + name + "_00_";
     if (mrpt::system::strStartsI(section, chosen)) continue;
     if (std::any_of(counts.begin(), counts.end(), isOther)) continue;
-    throw std::runtime_error("section [" + section + "] is not read; did you mean [" +
-                             nearestOf(section, expected) + "]?");
+    throw std::runtime_error("section [" + section + "] is not read; " +
+                             suggestionFor(section, expected, "[", "]"));
   }
 }
 
@@ -218,7 +217,7 @@ std::string resolveMapName(const std::string& name)
     const size_t colon = known.rfind(':');
     if (colon != std::string::npos && known.substr(colon + 1) == name) return known;
   }
-  throw UsageError("-m " + name + ": no map of this name; did you mean " + nearestOf(name, names) + "?");
+  throw UsageError("-m " + name + ": no map of this name; " + suggestionFor(name, names));
 }
 
 /// Without names of sections and files, which a user who gives settings has not written.

@@ -81,8 +81,12 @@ void RecordedConfig::requireAllRead(const std::string& prefix, bool shorten) con
     if (!mrpt::system::strStartsI(section, prefix + "_")) continue;
     const auto asked = asked_.find(section);
     if (asked == asked_.end())
-      throw std::runtime_error("section " + shown(section) + " is not read; did you mean " +
-                               shown(nearestOf(section, askedSections())) + "?");
+    {
+      std::vector<std::string> known = askedSections();
+      std::transform(known.begin(), known.end(), known.begin(), shown);
+      throw std::runtime_error("section " + shown(section) + " is not read; " +
+                               suggestionFor(shown(section), known));
+    }
     std::vector<std::string> keys;
     collectKeys(section, keys);
     for (const std::string& key : keys)
@@ -90,8 +94,7 @@ void RecordedConfig::requireAllRead(const std::string& prefix, bool shorten) con
       const std::string place = shorten ? shown(section) + "." + key : "[" + section + "] " + key;
       const auto found = asked->second.find(key);
       if (found == asked->second.end())
-        throw std::runtime_error(place + ": no such key; did you mean " +
-                                 nearestOf(key, keysOf(asked->second)) + "?");
+        throw std::runtime_error(place + ": no such key; " + suggestionFor(key, keysOf(asked->second)));
       const std::string text = withoutComment(readString(section, key, "", false));
       const std::string complaint = complaintAbout(text, found->second);
       if (!complaint.empty()) throw std::runtime_error(place + " = " + text + ": " + complaint);

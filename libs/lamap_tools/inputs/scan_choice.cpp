@@ -157,10 +157,8 @@ void ScanChooser::requireSensors(const std::vector<LogContents>& logs, const std
   const std::vector<std::string> all(present.begin(), present.end());
   for (const std::string& sensor : choice_.sensors)
     if (present.count(sensor) == 0)
-      throw std::runtime_error(
-          "--sensors: there is no '" + sensor + "' in " + names +
-          (all.empty() ? "; there are no sensors"
-                       : "; did you mean '" + nearestOf(sensor, all) + "'? There are: " + joined(all)));
+      throw std::runtime_error("--sensors: there is no '" + sensor + "' in " + names + "; " +
+                               suggestionFor(sensor, all, "'", "'"));
 }
 
 bool ScanChooser::takes(const mrpt::obs::CObservation& observation, const LogContents& log)

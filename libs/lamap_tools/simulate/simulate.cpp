@@ -40,8 +40,9 @@ constexpr double kDegree = 3.14159265358979323846 / 180;
 void requireKnown(const std::string& what, const std::string& name, const std::vector<std::string>& known)
 {
   if (std::find(known.begin(), known.end(), name) != known.end()) return;
-  throw UsageError(what + " '" + name + "' is not known; did you mean " + nearestOf(name, known) +
-                   "? There are: " + joined(known));
+  const auto meant = meantBy(name, known);
+  throw UsageError(what + " '" + name + "' is not known; " +
+                   (meant ? "did you mean " + *meant + "? There are: " : "there are: ") + joined(known));
 }
 
 /// What a world is seen with where nothing else is said.
