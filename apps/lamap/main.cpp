@@ -65,8 +65,9 @@ int main(int argc, char** argv)
   }
   catch (const CLI::ParseError& error)
   {
-    app.exit(error);
-    return kWrongUsage;
+    const bool hasCommand = !arguments.empty() && arguments.front().rfind('-', 0) != 0;
+    const std::string command = hasCommand ? " " + arguments.front() : "";
+    return fail(kWrongUsage, std::string(error.what()) + "; see `lamap" + command + " --help`");
   }
   catch (const lamap::tools::UsageError& error)
   {
