@@ -1,5 +1,6 @@
 // What both kinds of Hilbert maps give as MRPT maps.
 #include <gtest/gtest.h>
+#include <lamap_core/hilbert/state.h>
 #include <lamap_mrpt/maps/CHilbertMap.h>
 #include <lamap_mrpt/maps/COverlappingHilbertMap.h>
 #include <lamap_mrpt/maps/uncertain_inputs.h>
@@ -322,7 +323,6 @@ TYPED_TEST(HilbertMaps, FilesOfOlderVersionsLoadAsTheyWereAndThoseOfTodaySaveToT
       std::is_same_v<TypeParam, CHilbertMap>
           ? std::vector<std::pair<size_t, double>>{{114930, 0.11289191246}, {114515, -17.1270236969}}
           : std::vector<std::pair<size_t, double>>{{48343, 0.61385154724}, {9022, 10.22592163086}};
-  const std::string newestVersion = std::is_same_v<TypeParam, CHilbertMap> ? "_v2_" : "_v3_";
   size_t number = 0;
   for (const Settings& settings : {Settings{}, Settings{{"creationOpts.preset", "thesis"}}})
   {
@@ -335,12 +335,31 @@ TYPED_TEST(HilbertMaps, FilesOfOlderVersionsLoadAsTheyWereAndThoseOfTodaySaveToT
     expectSavesTheSameAgain(*loaded);
 
     const TypeParam today = taught<TypeParam>(settings);
-    const std::string newestName = aliasOf<TypeParam>() + newestVersion + ending;
+    const std::string newestName = aliasOf<TypeParam>() + "_v3_" + ending;
     const auto newest = goldenMapOf(newestName, &today);
     ASSERT_TRUE(newest);
     EXPECT_EQ(cellCount(*newest), cellCount(today));
     expectSavesAs(*newest, newestName);
     ++number;
+  }
+}
+
+TEST(HilbertMrptMap, VotesOfFilesOfVersion2AreHits)
+{
+  for (const std::string name : {"0", "1"})
+  {
+    const auto loaded = goldenMapOf<CHilbertMap>("hilbertMap_v2_" + name, nullptr);
+    ASSERT_TRUE(loaded) << name;
+    EXPECT_GT(cellCount(*loaded), 20000U);
+    const lamap::HilbertState state = loaded->core().state();
+    EXPECT_EQ(state.seen.empty(), name == "1");
+    for (const lamap::HilbertState::SeenBlock& block : state.seen)
+      for (size_t i = 0; i < block.hits.size(); ++i)
+      {
+        EXPECT_GE(block.hits[i], 8);
+        EXPECT_EQ(block.passes[i], 0);
+      }
+    expectSavesTheSameAgain(*loaded);
   }
 }
 

@@ -24,11 +24,11 @@ inline std::string differenceOf(const HilbertState& a, const HilbertState& b)
     if (a.blocks[i].bits != b.blocks[i].bits) return "sites of block " + std::to_string(i);
     if (!same(a.blocks[i].weights, b.blocks[i].weights)) return "weights of block " + std::to_string(i);
   }
-  if (a.hits.size() != b.hits.size()) return "numbers of blocks of hits";
-  for (size_t i = 0; i < a.hits.size(); ++i)
-    if (!(a.hits[i].index == b.hits[i].index) || a.hits[i].bits != b.hits[i].bits ||
-        a.hits[i].votes != b.hits[i].votes)
-      return "hits of block " + std::to_string(i);
+  if (a.seen.size() != b.seen.size()) return "numbers of blocks of seen cells";
+  for (size_t i = 0; i < a.seen.size(); ++i)
+    if (!(a.seen[i].index == b.seen[i].index) || a.seen[i].bits != b.seen[i].bits ||
+        a.seen[i].hits != b.seen[i].hits || a.seen[i].passes != b.seen[i].passes)
+      return "seen cells of block " + std::to_string(i);
   if (a.sgdSteps != b.sgdSteps) return "steps of SGD";
   if (!same(a.inducing, b.inducing)) return "inducing points";
   if (!same(a.classifier, b.classifier)) return "classifiers";

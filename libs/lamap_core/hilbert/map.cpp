@@ -1,9 +1,9 @@
 #include <lamap_core/hilbert/map.h>
 
-#include <lamap_core/hilbert/hit_cells.h>
 #include <lamap_core/hilbert/kept_points.h>
 #include <lamap_core/hilbert/model.h>
 #include <lamap_core/hilbert/reached_cells.h>
+#include <lamap_core/hilbert/seen_cells.h>
 #include <lamap_core/math/portable_math.h>
 #include <lamap_core/math/workers.h>
 #include <lamap_core/training/sampler.h>
@@ -38,7 +38,7 @@ struct HilbertMap::Learned
   explicit Learned(const HilbertStructure& structure) : model(MapModel::make(structure)) {}
   Learned(const Learned& other)
       : model(other.model->clone()),
-        hitCells(other.hitCells),
+        seenCells(other.seenCells),
         kept(other.kept),
         lastInference(other.lastInference),
         lastThreads(other.lastThreads),
@@ -59,7 +59,7 @@ struct HilbertMap::Learned
   }
 
   std::unique_ptr<MapModel> model;
-  HitCells hitCells;
+  SeenCells seenCells;
   // Batch: what the next training is to learn, and how.
   KeptPoints kept;
   HilbertInference lastInference;
@@ -104,12 +104,12 @@ RayCounts HilbertMap::insert(const Scan& scan, const HilbertInference& inference
   if (uncertainty != nullptr) uncertainty->validate();
   const SelectedRays rays = selectRays(scan, inference.rangeLimits());
   const auto layer = structure_.planarLayer();
-  const CellIndex anchor = ScanFrame::around(rays.scan, structure_.resolution, layer).anchor();
-  auto frame =
-      HilbertFrame::atCell(anchor, structure_.resolution, structure_.latticeSpacing, structure_.planar);
+  auto frame = HilbertFrame::atCell(ScanFrame::around(rays.scan, structure_.resolution, layer).anchor(),
+                                    structure_.resolution, structure_.latticeSpacing, structure_.planar);
   if (!frame)
     frame = HilbertFrame::atCell({0, 0, layer.value_or(0)}, structure_.resolution, structure_.latticeSpacing,
                                  structure_.planar);
+  const CellIndex anchor = frame->cells.anchor();
   if (!sampling_) sampling_ = std::make_unique<Sampling>();
   const TrainingSet& taught =
       sampling_->sampler.sample(rays, inference.rules(inference), frame->cells, {}, 1);
@@ -117,21 +117,30 @@ RayCounts HilbertMap::insert(const Scan& scan, const HilbertInference& inference
   set.clear();
   set.append(taught, *frame);
   if (set.size() == 0) return taught.counts;
+  SeenCells::IsCertain isCertain;
+  HilbertUncertainty local;
   if (uncertainty != nullptr && uncertainty->any())
   {
     const Eigen::Vector3d corner = cornerOf(frame->anchorSite, frame->spacing_m);
-    HilbertUncertainty local = *uncertainty;
+    const Eigen::Vector3d sensor = rays.firstCentre_map() - corner;
+    local = *uncertainty;
     local.centre -= corner;
-    set.blur(0, local, rays.firstCentre_map() - corner, structure_.planar);
+    set.blur(0, local, sensor, structure_.planar);
+    isCertain = [&, sensor](const CellIndex& cell)
+    {
+      const Eigen::Vector3d fromAnchor(cell.x - anchor.x, cell.y - anchor.y, cell.z - anchor.z);
+      const Eigen::Vector3d centre = frame->position(fromAnchor + Eigen::Vector3d::Constant(0.5));
+      return isWithinCell(local.of(centre, sensor));
+    };
   }
 
-  const bool countsHits = inference.rules().protectHits > 0;
-  if (countsHits) learned_->hitCells.makeRoomFor(taught, frame->cells.anchor());
+  const bool countsScans = inference.rules().protectHits > 0;
+  if (countsScans) learned_->seenCells.makeRoomFor(taught, anchor, isCertain);
   if (structure_.training == HilbertTraining::Batch)
     learned_->keep(set, *frame, inference, threads);
   else
     learned_->model->learn(set, *frame, inference, Workers(threads));
-  if (countsHits) learned_->hitCells.count(taught, frame->cells.anchor());
+  if (countsScans) learned_->seenCells.count(taught, anchor, isCertain);
   return taught.counts;
 }
 
@@ -173,6 +182,13 @@ bool HilbertMap::empty() const
 
 // ---- Questions
 
+/// Is a point so certain that its cell's rays speak of it?
+bool HilbertMap::isWithinCell(const Eigen::Matrix3d& covariance) const
+{
+  const double halfCell = 0.5 * structure_.resolution;
+  return (structure_.planar ? inPlane(covariance) : covariance).trace() <= halfCell * halfCell;
+}
+
 std::optional<PointAtSite> HilbertMap::placeOf(const Eigen::Vector3d& point_map) const
 {
   std::array<int32_t, 3> site{};
@@ -189,15 +205,15 @@ std::optional<PointAtSite> HilbertMap::placeOf(const Eigen::Vector3d& point_map)
   return point;
 }
 
-/// What the cell that holds a point says, if rays ended in it.
-void HilbertMap::raiseAt(const Eigen::Vector3d& point_map, ReachedLogodds& said) const
+/// Adds what the rays of the cell that holds a point said.
+void HilbertMap::addScansAt(const Eigen::Vector3d& point_map, ReachedLogodds& said) const
 {
   Eigen::Vector3d place = point_map;
   if (structure_.planar) place.z() = 0;
   auto cell = cellAt(place, structure_.resolution);
   if (!cell) return;
   if (const auto layer = structure_.planarLayer()) cell->z = *layer;
-  learned_->hitCells.raise(*cell, said);
+  learned_->seenCells.addTo(*cell, said);
 }
 
 std::optional<double> HilbertMap::logoddsAt(const Eigen::Vector3d& point_map) const
@@ -206,7 +222,7 @@ std::optional<double> HilbertMap::logoddsAt(const Eigen::Vector3d& point_map) co
   const auto point = placeOf(point_map);
   if (!point) return std::nullopt;
   ReachedLogodds said = model.at(*point);
-  raiseAt(point_map, said);
+  addScansAt(point_map, said);
   return logoddsOrNothing(said);
 }
 
@@ -218,8 +234,7 @@ std::optional<double> HilbertMap::logoddsAt(const Eigen::Vector3d& point_map,
   if (!point) return std::nullopt;
   const Eigen::Matrix3d covered = structure_.planar ? inPlane(covariance) : covariance;
   ReachedLogodds said = model.at(*point, covered);
-  const double halfCell = 0.5 * structure_.resolution;
-  if (covered.trace() <= halfCell * halfCell) raiseAt(point_map, said);
+  if (isWithinCell(covered)) addScansAt(point_map, said);
   return logoddsOrNothing(said);
 }
 
@@ -231,7 +246,7 @@ std::optional<double> HilbertMap::logoddsOf(const CellIndex& cell) const
       HilbertFrame::atCell(cell, structure_.resolution, structure_.latticeSpacing, structure_.planar);
   if (!frame) return std::nullopt;
   ReachedLogodds said = model.at({frame->anchorSite, frame->position({0.5, 0.5, 0.5})});
-  learned_->hitCells.raise(cell, said);
+  learned_->seenCells.addTo(cell, said);
   return logoddsOrNothing(said);
 }
 
@@ -245,7 +260,7 @@ void HilbertMap::logoddsAt(const std::vector<Eigen::Vector3d>& points_map,
     const auto point = placeOf(points_map[i]);
     if (!point) continue;
     out[i] = model.at(*point);
-    raiseAt(points_map[i], out[i]);
+    addScansAt(points_map[i], out[i]);
   }
 }
 
@@ -260,7 +275,7 @@ void HilbertMap::logoddsOf(const CellIndex& first, const std::array<int, 3>& cou
   out.assign(points.size(), {});
   if (!frame || (structure_.planar && first.z != *structure_.planarLayer())) return;
   model.atRegular(frame->anchorSite, points, out);
-  learned_->hitCells.raise(first, counts, out);
+  learned_->seenCells.addTo(first, counts, out);
 }
 
 // ---- Cells
@@ -316,7 +331,7 @@ size_t HilbertMap::trainingPointCount() const
 
 size_t HilbertMap::memoryBytes() const
 {
-  return learned_->model->memoryBytes() + learned_->hitCells.memoryBytes() + learned_->kept.memoryBytes();
+  return learned_->model->memoryBytes() + learned_->seenCells.memoryBytes() + learned_->kept.memoryBytes();
 }
 
 const HilbertLattice<SitePosterior>& HilbertMap::lattice() const
@@ -328,7 +343,7 @@ HilbertState HilbertMap::state() const
 {
   HilbertState state;
   trained().save(state);
-  learned_->hitCells.save(state);
+  learned_->seenCells.save(state);
   learned_->kept.save(state);
   return state;
 }
@@ -340,7 +355,7 @@ void HilbertMap::restore(const HilbertState& state)
   HilbertState::require(
       structure_.training == HilbertTraining::Batch || (state.cells.empty() && state.points.empty()),
       "training points, though its training is not `batch`");
-  learned->hitCells.restore(state, structure_);
+  learned->seenCells.restore(state, structure_);
   learned->kept.restore(state, structure_);
   learned_ = std::move(learned);
 }

@@ -26,8 +26,8 @@ struct PointAtSite;
  * a scan minimizes Σ w·loss + ½ΣΛⱼ(uⱼ − μⱼ)² from μ and then adds Σ w·p(1 − p)·F² to Λ, Laplace's
  * approximation. Depends on the order of scans by construction.
  *
- * With training points at the centres of cells, cells in which rays ended do not become free through the
- * smoothness of features, see HitCells.
+ * With training points at the centres of cells, what the model says is the prior of what the rays of each
+ * cell said by themselves, see SeenCells.
  *
  * Invariants: log-odds are 0 and a cell has no evidence where no feature reaches; for any number of threads
  * and on any processor the same bits; moving all scans by whole cells that are whole sites moves a map of
@@ -70,8 +70,8 @@ class HilbertMap
 
   /// Log-odds at a point [m]; nothing where no feature reaches. The height does not matter in a planar map.
   [[nodiscard]] std::optional<double> logoddsAt(const Eigen::Vector3d& point_map) const;
-  /** Expected log-odds at an uncertain point; hits count if its standard deviation, over all axes, is at most
-   * half a cell. @param covariance [m²] */
+  /** Expected log-odds at an uncertain point; the rays of its cell count if its standard deviation, over all
+   * axes, is at most half a cell. @param covariance [m²] */
   [[nodiscard]] std::optional<double> logoddsAt(const Eigen::Vector3d& point_map,
                                                 const Eigen::Matrix3d& covariance) const;
   /// At the centre of a cell.
@@ -119,7 +119,8 @@ class HilbertMap
   struct Sampling;
 
   [[nodiscard]] const MapModel& trained() const;
-  void raiseAt(const Eigen::Vector3d& point_map, ReachedLogodds& said) const;
+  [[nodiscard]] bool isWithinCell(const Eigen::Matrix3d& covariance) const;
+  void addScansAt(const Eigen::Vector3d& point_map, ReachedLogodds& said) const;
   [[nodiscard]] std::optional<PointAtSite> placeOf(const Eigen::Vector3d& point_map) const;
 
   HilbertStructure structure_;

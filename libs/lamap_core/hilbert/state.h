@@ -36,19 +36,20 @@ struct HilbertState
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   };
 
-  /// Cells in which rays ended, in a block of 8³.
-  struct HitBlock
+  /// Cells that rays saw, in a block of 8³, see SeenCells.
+  struct SeenBlock
   {
     BlockIndex index;
     SiteSet::Bits bits{};
-    std::vector<uint8_t> votes;  ///< of those cells, in the order of bits; > 0
+    std::vector<uint8_t> hits;    ///< of those cells, in the order of bits, in eighths of a scan
+    std::vector<uint8_t> passes;  ///< likewise; one of both is > 0
   };
 
   std::vector<Block> blocks;              ///< by z, y, x; weights are 0 where features are Nyström's
   uint64_t sgdSteps = 0;                  ///< done so far
   std::vector<Eigen::Vector3d> inducing;  ///< of Nyström's features [m]
   std::vector<float> classifier;          ///< their weights, then the bias
-  std::vector<HitBlock> hits;             ///< by z, y, x
+  std::vector<SeenBlock> seen;            ///< by z, y, x
   std::vector<CellPoints> cells;          ///< `Batch`: by z, y, x
   std::vector<Point> points;              ///< `Batch`: in the order they came
 

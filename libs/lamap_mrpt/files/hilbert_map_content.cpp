@@ -1,7 +1,10 @@
 #include <lamap_mrpt/files/hilbert_map_content.h>
 
+#include <lamap_core/hilbert/seen_cells.h>
 #include <lamap_core/hilbert/state.h>
 #include <lamap_mrpt/files/content_parts.h>
+
+#include <algorithm>
 
 namespace lamap
 {
@@ -37,20 +40,30 @@ HilbertState::Block readBlock(ByteReader& in)
   return block;
 }
 
-void writeHits(const HilbertState::HitBlock& hits, ByteWriter& out)
+void writeSeen(const HilbertState::SeenBlock& seen, ByteWriter& out)
 {
-  writeIndex(hits.index, out);
-  out.numbers(hits.bits.data(), hits.bits.size());
-  out.vector(hits.votes);
+  writeIndex(seen.index, out);
+  out.numbers(seen.bits.data(), seen.bits.size());
+  out.vector(seen.hits);
+  out.vector(seen.passes);
 }
 
-HilbertState::HitBlock readHits(ByteReader& in)
+HilbertState::SeenBlock readSeen(ByteReader& in, uint8_t version)
 {
-  HilbertState::HitBlock hits;
-  hits.index = readIndex<BlockIndex>(in);
-  for (uint64_t& word : hits.bits) word = in.number<uint64_t>();
-  hits.votes = in.vector<uint8_t>();
-  return hits;
+  HilbertState::SeenBlock seen;
+  seen.index = readIndex<BlockIndex>(in);
+  for (uint64_t& word : seen.bits) word = in.number<uint64_t>();
+  seen.hits = in.vector<uint8_t>();
+  if (version > 2)
+  {
+    seen.passes = in.vector<uint8_t>();
+    return seen;
+  }
+  // Votes: hits less the passes since the first of them.
+  for (uint8_t& votes : seen.hits)
+    votes = static_cast<uint8_t>(std::min<int>(votes, SeenCells::kScansKept) * SeenCells::kUnits);
+  seen.passes.assign(seen.hits.size(), 0);
+  return seen;
 }
 
 void writePoint(const HilbertState::Point& point, ByteWriter& out)
@@ -76,7 +89,7 @@ HilbertState::Point readPoint(ByteReader& in)
 void writeHilbertState(const HilbertState& state, ByteWriter& out)
 {
   writeAll(state.blocks, out, [&](const HilbertState::Block& block) { writeBlock(block, out); });
-  writeAll(state.hits, out, [&](const HilbertState::HitBlock& hits) { writeHits(hits, out); });
+  writeAll(state.seen, out, [&](const HilbertState::SeenBlock& seen) { writeSeen(seen, out); });
   out.number(state.sgdSteps);
   writeAll(state.inducing, out, [&](const Eigen::Vector3d& place) { writeMatrix(place, out); });
   out.vector(state.classifier);
@@ -96,8 +109,8 @@ HilbertState readHilbertState(ByteReader& in, uint8_t version)
   readAll(state.blocks, kIndexBytes + sizeof(SiteSet::Bits) + sizeof(uint64_t), in,
           [&] { return readBlock(in); });
   if (version > 1)
-    readAll(state.hits, kIndexBytes + sizeof(SiteSet::Bits) + sizeof(uint64_t), in,
-            [&] { return readHits(in); });
+    readAll(state.seen, kIndexBytes + sizeof(SiteSet::Bits) + sizeof(uint64_t), in,
+            [&] { return readSeen(in, version); });
   state.sgdSteps = in.number<uint64_t>();
   readAll(state.inducing, kPlaceBytes, in, [&] { return readMatrix<Eigen::Vector3d>(in); });
   state.classifier = in.vector<float>();

@@ -247,29 +247,113 @@ TEST(HilbertMap, APoleThatScansHitIsNotFreeWithOneAndOccupiedWithMore)
   {
     structure.planar = true;
     SCOPED_TRACE(nameOf(structure));
-    for (const int scans : {1, 2, 20})
+    for (const auto& [scans, least] : {std::pair{1, 0.3}, {3, 0.55}, {20, 0.8}})
     {
       const HilbertMap map = mapWithPole(structure, {}, scans, 0);
-      const float least = scans > 1 ? 1.0f : 0.0f;
       for (const auto& said : {map.logoddsOf(*cell), map.logoddsAt(pole), map.logoddsAt(inItsCell),
                                map.logoddsAt(pole, Eigen::Matrix3d::Zero())})
       {
         ASSERT_TRUE(said);
-        EXPECT_GE(*said, least) << scans;
+        EXPECT_GE(logistic(*said), least) << scans;
       }
       std::vector<ReachedLogodds> box;
       map.logoddsOf({cell->x - 5, cell->y - 9, cell->z}, {7, 12, 1}, box);
-      EXPECT_GE(box[9 * 7 + 5].logodds, least);
+      EXPECT_NEAR(box[9 * 7 + 5].logodds, *map.logoddsOf(*cell), 1e-5);
     }
   }
-  // Without its hits the pole is lost, else the test would say nothing.
+  // Without its rays the pole is lost, else the test would say nothing.
   HilbertStructure planar;
   planar.planar = true;
   HilbertState state = mapWithPole(planar, {}, 20, 0).state();
-  state.hits.clear();
+  state.seen.clear();
   HilbertMap smooth(planar);
   smooth.restore(state);
   EXPECT_LT(*smooth.logoddsAt(pole), 0.5);
+}
+
+// By hand: 20 hits and 4 passes are worth (1.5·20 + 4)/(1 + 0.1·23) of the prior's 2 scans.
+TEST(HilbertMap, HitsAndPassesOfACellMeetTheModelAsABetaPrior)
+{
+  HilbertStructure planar;
+  planar.planar = true;
+  HilbertState state = mapWithPole(planar, {}, 2, 0).state();
+  const CellIndex cell = *cellAt({1.005, 0.045, 0}, 0.1);
+  const auto saidWith = [&](uint8_t hits, uint8_t passes)
+  {
+    HilbertState::SeenBlock seen{SiteSet::blockOf(cell), {}, {hits}, {passes}};
+    const uint32_t offset = SiteSet::offsetOf(cell);
+    seen.bits[offset / 64] = uint64_t{1} << (offset % 64);
+    state.seen.clear();
+    if (hits + passes > 0) state.seen.push_back(seen);
+    HilbertMap map(planar);
+    map.restore(state);
+    return logistic(*map.logoddsOf(cell));
+  };
+  const double model = saidWith(0, 0);
+  EXPECT_NEAR(saidWith(8 * 20, 8 * 4), (2 * model + 30 / 3.3) / (2 + 34 / 3.3), 1e-6);
+  EXPECT_NEAR(saidWith(8, 0), (2 * model + 1.5) / 3.5, 1e-6);
+  EXPECT_NEAR(saidWith(0, 16), 2 * model / (2 + 2 / 1.1), 1e-6);
+  EXPECT_NEAR(saidWith(4, 0), (2 * model + 0.75) / 2.75, 1e-6);
+}
+
+TEST(HilbertMap, PassesBeforeTheFirstHitCountAsThoseAfterIt)
+{
+  const CellIndex cell = *cellAt({1.005, 0.045, 0}, 0.1);
+  HilbertStructure planar;
+  planar.planar = true;
+  HilbertInference inference;
+  inference.maxRange = 10;
+  const auto scansOf = [&](bool hitsFirst)
+  {
+    HilbertMap map(planar);
+    for (int i = 0; i < 12; ++i)
+      map.insert(scanWithPole(0.1 * (i % 3) - 0.1, hitsFirst ? i < 3 : i >= 9), inference, nullptr, 1);
+    std::pair<int, int> scans{0, 0};
+    for (const HilbertState::SeenBlock& block : map.state().seen)
+    {
+      size_t place = 0;
+      SiteBits::forEach(block.bits, block.index,
+                        [&](const CellIndex& seen)
+                        {
+                          if (seen == cell) scans = {block.hits[place], block.passes[place]};
+                          ++place;
+                        });
+    }
+    return scans;
+  };
+  EXPECT_EQ(scansOf(true), scansOf(false));
+  EXPECT_EQ(scansOf(true).first, 3 * 8);
+  EXPECT_GT(scansOf(true).second, 0);
+}
+
+TEST(HilbertMap, AScanFromAnUncertainPoseIsNoScanOfItsCells)
+{
+  HilbertStructure planar;
+  planar.planar = true;
+  HilbertInference inference;
+  inference.maxRange = 10;
+  for (const double std_m : {0.02, 0.2})
+  {
+    HilbertUncertainty uncertainty;
+    uncertainty.pose.diagonal().head<3>().setConstant(std_m * std_m);
+    HilbertMap map(planar);
+    map.insert(scanWithPole(0, true), inference, &uncertainty, 1);
+    EXPECT_EQ(map.state().seen.empty(), std_m > 0.05);
+  }
+}
+
+// The 31 scans that are kept go on like a mean of the last ones.
+TEST(HilbertMap, ManyScansOfACellFade)
+{
+  HilbertStructure planar;
+  planar.planar = true;
+  const Eigen::Vector3d pole(1.005, 0.045, 0);
+  const HilbertMap map = mapWithPole(planar, {}, 300, 0);
+  for (const HilbertState::SeenBlock& block : map.state().seen)
+    for (size_t i = 0; i < block.hits.size(); ++i) ASSERT_LT(block.hits[i] + block.passes[i], 8 * 32);
+  const double standing = *map.logoddsAt(pole);
+  EXPECT_NEAR(standing, *mapWithPole(planar, {}, 60, 0).logoddsAt(pole), 0.3);
+  EXPECT_LT(*mapWithPole(planar, {}, 60, 60).logoddsAt(pole), -1);
 }
 
 TEST(HilbertMap, APoleThatIsGoneBecomesFree)
@@ -281,13 +365,13 @@ TEST(HilbertMap, APoleThatIsGoneBecomesFree)
   EXPECT_LT(*mapWithPole(planar, {}, 6, 20).logoddsAt(pole), -1);
 }
 
-TEST(HilbertMap, HitsAreNoCellsWhereTrainingPointsAreNone)
+TEST(HilbertMap, NoCellIsSeenWhereTrainingPointsAreNoCells)
 {
   HilbertStructure planar;
   planar.planar = true;
   HilbertInference points;
   points.trainingPoints = HilbertPoints::Points;
-  EXPECT_TRUE(mapWithPole(planar, points, 3, 0).state().hits.empty());
+  EXPECT_TRUE(mapWithPole(planar, points, 3, 0).state().seen.empty());
 }
 
 TEST(HilbertMapProperty, StateSurvivesARoundTripAndLearningGoesOnAsIfThereHadBeenNone)
@@ -343,10 +427,12 @@ TEST(HilbertMap, RefusesStatesThatAreNone)
   refused([](HilbertState& s) { s.blocks[0].weights[0].precision = -1; });
   refused([](HilbertState& s) { s.blocks.push_back(s.blocks[0]); });
   refused([](HilbertState& s) { s.blocks[0].index.x = std::numeric_limits<int32_t>::max(); });
-  refused([](HilbertState& s) { s.hits[0].votes.pop_back(); });
-  refused([](HilbertState& s) { s.hits[0].votes[0] = 0; });
-  refused([](HilbertState& s) { s.hits[0] = {s.hits[0].index, {}, {}}; });
-  refused([](HilbertState& s) { s.hits.push_back(s.hits[0]); });
+  refused([](HilbertState& s) { s.seen[0].hits.pop_back(); });
+  refused([](HilbertState& s) { s.seen[0].passes.push_back(1); });
+  refused([](HilbertState& s) { s.seen[0].hits[0] = s.seen[0].passes[0] = 0; });
+  refused([](HilbertState& s) { s.seen[0].hits[0] = s.seen[0].passes[0] = 128; });
+  refused([](HilbertState& s) { s.seen[0] = {s.seen[0].index, {}, {}, {}}; });
+  refused([](HilbertState& s) { s.seen.push_back(s.seen[0]); });
   refused([](HilbertState& s) { s.inducing.push_back({0, 0, 0}); });
   refused([](HilbertState& s) { s.classifier = {1, 2}; });
   refused([](HilbertState& s) { s.cells.push_back({{0, 0, 0}, 1, 0}); });
@@ -361,7 +447,7 @@ TEST(HilbertMap, RefusesStatesThatAreNone)
       [](HilbertState& s)
       {
         s.blocks.clear();
-        s.hits = {{{0, 0, 0}, {0, 1}, {2}}};
+        s.seen = {{{0, 0, 0}, {0, 1}, {8}, {0}}};
       },
       planar);
   HilbertStructure fine = batch;  // its sites cannot be counted as far as cells
@@ -378,7 +464,7 @@ TEST(HilbertMap, RefusesStatesThatAreNone)
       [](HilbertState& s)
       {
         s.blocks.clear();
-        s.hits = {{{std::numeric_limits<int32_t>::max() / 8, 0, 0}, {1}, {2}}};
+        s.seen = {{{std::numeric_limits<int32_t>::max() / 8, 0, 0}, {1}, {8}, {0}}};
       },
       fine);
   HilbertStructure nystroem = batch;
@@ -407,13 +493,13 @@ std::string differenceAfterMove(const HilbertMap& here, const HilbertMap& there,
   const double cellsASite = here.structure().latticeSpacing / here.structure().resolution;
   const auto cells = [&](int32_t sites) { return static_cast<int32_t>(std::lround(sites * cellsASite)); };
   std::string difference;
-  for (const HilbertState::HitBlock& block : here.state().hits)
+  for (const HilbertState::SeenBlock& block : here.state().seen)
     SiteBits::forEach(block.bits, block.index,
                       [&](const CellIndex& cell)
                       {
                         const auto moved = there.logoddsOf(
                             {cell.x + cells(by.x), cell.y + cells(by.y), cell.z + cells(by.z)});
-                        if (moved != here.logoddsOf(cell)) difference = "log-odds of a hit";
+                        if (moved != here.logoddsOf(cell)) difference = "log-odds of a seen cell";
                       });
   return difference;
 }

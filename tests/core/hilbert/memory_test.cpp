@@ -35,7 +35,7 @@ std::vector<Scan> corridorScans()
   return scans;
 }
 
-TEST(HilbertMemory, OneModelOfACorridorStaysBelow2MegabytesAnd10BytesPerCellInWhichRaysEnded)
+TEST(HilbertMemory, OneModelOfACorridorStaysBelow2MegabytesAnd4BytesPerCellThatRaysSaw)
 {
   HilbertInference inference;
   inference.maxRange = kRangeMax_m;
@@ -44,10 +44,10 @@ TEST(HilbertMemory, OneModelOfACorridorStaysBelow2MegabytesAnd10BytesPerCellInWh
   EXPECT_GT(map.weightCount(), 100000u);  // it is the whole corridor
   EXPECT_GE(map.memoryBytes(), 8 * map.weightCount());
   EXPECT_LT(map.lattice().memoryBytes(), 2000000u);
-  size_t hits = 0;
-  for (const HilbertState::HitBlock& block : map.state().hits) hits += block.votes.size();
-  EXPECT_GT(hits, 100000u);
-  EXPECT_LT(map.memoryBytes() - map.lattice().memoryBytes(), 10 * hits);
+  size_t seen = 0;
+  for (const HilbertState::SeenBlock& block : map.state().seen) seen += block.hits.size();
+  EXPECT_GT(seen, 500000u);
+  EXPECT_LT(map.memoryBytes() - map.lattice().memoryBytes(), 4 * seen);
   RecordProperty("bytes", static_cast<int>(map.memoryBytes()));
 }
 
