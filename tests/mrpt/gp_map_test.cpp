@@ -107,8 +107,16 @@ TEST(GpMrptMap, FilesOfOlderVersionsLoadAsTheyWereAndThoseOfTodaySaveToTheSameBy
   // What the files' maps said when they were written: number of cells, mean of f (log-odds) at a point.
   const mrpt::math::TPoint3D point(2.05, 0.35, 0.55);
   const std::vector<std::tuple<std::string, Settings, size_t, double>> written = {
-      {"bcm", {{"insertOpts.maxRange", "4"}}, 8336, 0.645214484963},
-      {"bayes", {{"creationOpts.fusion", "bayes"}, {"insertOpts.maxRange", "4"}}, 8336, 2.4724225998},
+      {"bcm",
+       {{"insertOpts.maxRange", "4"}, {"insertOpts.usePoseCovariance", "false"}},
+       8336,
+       0.645214484963},
+      {"bayes",
+       {{"creationOpts.fusion", "bayes"},
+        {"insertOpts.maxRange", "4"},
+        {"insertOpts.usePoseCovariance", "false"}},
+       8336,
+       2.4724225998},
       {"thesis", {{"creationOpts.preset", "thesis"}, {"insertOpts.maxRange", "4"}}, 17320, 0.745535805338}};
   for (const auto& [name, settings, cells, evidence] : written)
   {

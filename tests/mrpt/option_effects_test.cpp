@@ -112,6 +112,8 @@ const std::vector<Change>& changes()
       {"echoWeight", "0.5", kCones},
       {"noEchoWeight", "0.5", kCones},
       {"usePoseCovariance", "true"},
+      {"usePoseCovariance", "false", {}, kBgk},
+      {"usePoseCovariance", "false", {}, kGp},
       {"rangeStd", "0.2"},
       {"pointStd", "0.2"},
       {"scansPerModel", "2"},

@@ -211,6 +211,7 @@ protectHits = 2
 kernel = sparse
 kernelSupport = 0.25
 kernelScale = 1.5
+usePoseCovariance = false
 minRange = 0
 maxRange = 0
 considerInvalidRangesAsFreeSpace = true

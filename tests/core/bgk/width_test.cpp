@@ -356,6 +356,12 @@ TEST(BgkWidth, ACovarianceThatIsNoneIsRefused)
   bad(2, 2) = 1;
   bad(0, 1) = bad(1, 0) = 3;
   EXPECT_NE(refusalOf(bad).find("covariance of the pose"), std::string::npos) << refusalOf(bad);
+  // Each pair of coordinates could be, all three cannot.
+  bad(0, 1) = bad(1, 0) = bad(0, 2) = bad(2, 0) = 0.9;
+  bad(1, 2) = bad(2, 1) = -0.9;
+  EXPECT_NE(refusalOf(bad).find("no eigenvalue below 0"), std::string::npos) << refusalOf(bad);
+  bad(1, 2) = bad(2, 1) = 0.9;
+  EXPECT_EQ(refusalOf(bad), "accepted");
 }
 
 }  // namespace
