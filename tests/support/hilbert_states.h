@@ -29,6 +29,11 @@ inline std::string differenceOf(const HilbertState& a, const HilbertState& b)
     if (!(a.seen[i].index == b.seen[i].index) || a.seen[i].bits != b.seen[i].bits ||
         a.seen[i].hits != b.seen[i].hits || a.seen[i].passes != b.seen[i].passes)
       return "seen cells of block " + std::to_string(i);
+  if (a.widths.size() != b.widths.size()) return "numbers of blocks of widths";
+  for (size_t i = 0; i < a.widths.size(); ++i)
+    if (!(a.widths[i].index == b.widths[i].index) || a.widths[i].bits != b.widths[i].bits ||
+        a.widths[i].weights != b.widths[i].weights || a.widths[i].variances != b.widths[i].variances)
+      return "widths of block " + std::to_string(i);
   if (a.sgdSteps != b.sgdSteps) return "steps of SGD";
   if (!same(a.inducing, b.inducing)) return "inducing points";
   if (!same(a.classifier, b.classifier)) return "classifiers";

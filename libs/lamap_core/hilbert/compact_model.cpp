@@ -35,8 +35,8 @@ class SiteCursor
 
 }  // namespace
 
-void CompactMapModel::learn(HilbertTrainingSet& set, const HilbertFrame& frame,
-                            const HilbertInference& inference, const Workers& workers)
+void CompactMapModel::learnWeights(HilbertTrainingSet& set, const HilbertFrame& frame,
+                                   const HilbertInference& inference, const Workers& workers)
 {
   CompactRows& compact = work_->compact;
   compact.findSites(set, kernel_, structure_.latticeSpacing, structure_.planar, shiftOf(frame.anchorSite));
@@ -104,18 +104,18 @@ void CompactMapModel::keepPosterior(const HilbertFrame& frame)
   }
 }
 
-ReachedLogodds CompactMapModel::at(const PointAtSite& point) const
+ReachedLogodds CompactMapModel::saidAt(const PointAtSite& point) const
 {
   return sum_.at(lattice_, point.anchorSite, point.place);
 }
 
-ReachedLogodds CompactMapModel::at(const PointAtSite& point, const Eigen::Matrix3d& covariance) const
+ReachedLogodds CompactMapModel::saidAt(const PointAtSite& point, const Eigen::Matrix3d& covariance) const
 {
   return sum_.at(lattice_, point.anchorSite, point.place, covariance);
 }
 
-void CompactMapModel::atRegular(const CellIndex& anchorSite, const RegularPoints& points,
-                                std::vector<ReachedLogodds>& out) const
+void CompactMapModel::saidAtRegular(const CellIndex& anchorSite, const RegularPoints& points,
+                                    std::vector<ReachedLogodds>& out) const
 {
   sum_.atRegular(lattice_, anchorSite, points, out);
 }

@@ -25,13 +25,14 @@ class CompactMapModel final : public MapModel
     return std::make_unique<CompactMapModel>(*this);
   }
 
-  void learn(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
-             const Workers& workers) override;
+  void learnWeights(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
+                    const Workers& workers) override;
 
-  [[nodiscard]] ReachedLogodds at(const PointAtSite& point) const override;
-  [[nodiscard]] ReachedLogodds at(const PointAtSite& point, const Eigen::Matrix3d& covariance) const override;
-  void atRegular(const CellIndex& anchorSite, const RegularPoints& points,
-                 std::vector<ReachedLogodds>& out) const override;
+  [[nodiscard]] ReachedLogodds saidAt(const PointAtSite& point) const override;
+  [[nodiscard]] ReachedLogodds saidAt(const PointAtSite& point,
+                                      const Eigen::Matrix3d& covariance) const override;
+  void saidAtRegular(const CellIndex& anchorSite, const RegularPoints& points,
+                     std::vector<ReachedLogodds>& out) const override;
 
   [[nodiscard]] size_t weightCount() const override { return lattice_.siteCount(); }
   void restore(const HilbertState& state) override;

@@ -125,7 +125,7 @@ RayCounts HilbertMap::insert(const Scan& scan, const HilbertInference& inference
     const Eigen::Vector3d sensor = rays.firstCentre_map() - corner;
     local = *uncertainty;
     local.centre -= corner;
-    set.blur(0, local, sensor, structure_.planar);
+    set.blur(0, local, sensor, structure_.resolvedGamma(), structure_.planar);
     isCertain = [&, sensor](const CellIndex& cell)
     {
       const Eigen::Vector3d fromAnchor(cell.x - anchor.x, cell.y - anchor.y, cell.z - anchor.z);

@@ -13,6 +13,42 @@ std::unique_ptr<MapModel> MapModel::make(const HilbertStructure& structure)
   return std::make_unique<NystroemMapModel>(structure);
 }
 
+void MapModel::learn(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
+                     const Workers& workers)
+{
+  const std::vector<PointWidths::Share> shares = widths_.prepare(set, frame);
+  learnWeights(set, frame, inference, workers);
+  widths_.add(shares);
+}
+
+ReachedLogodds MapModel::at(const PointAtSite& point) const
+{
+  return widths_.empty() ? saidAt(point) : at(point, Eigen::Matrix3d::Zero());
+}
+
+ReachedLogodds MapModel::at(const PointAtSite& point, const Eigen::Matrix3d& covariance) const
+{
+  if (widths_.empty()) return saidAt(point, covariance);
+  const Eigen::Matrix3d whole = covariance + widths_.covarianceAt(point.anchorSite, point.place);
+  return whole.isZero(0) ? saidAt(point) : saidAt(point, whole);
+}
+
+void MapModel::atRegular(const CellIndex& anchorSite, const RegularPoints& points,
+                         std::vector<ReachedLogodds>& out) const
+{
+  saidAtRegular(anchorSite, points, out);
+  if (widths_.empty()) return;
+  size_t i = 0;
+  for (int z = 0; z < points.counts[2]; ++z)
+    for (int y = 0; y < points.counts[1]; ++y)
+      for (int x = 0; x < points.counts[0]; ++x, ++i)
+      {
+        const PointAtSite point{anchorSite, points.first + points.step_m * Eigen::Vector3d(x, y, z)};
+        const Eigen::Matrix3d covariance = widths_.covarianceAt(anchorSite, point.place);
+        if (!covariance.isZero(0)) out[i] = saidAt(point, covariance);
+      }
+}
+
 void MapModel::addSites(const SiteSet& sites, const HilbertFrame& frame, const SitePosterior& weight,
                         Growth& growth)
 {
@@ -38,6 +74,7 @@ void MapModel::save(HilbertState& state) const
     state.blocks.push_back({index, block->bits, block->weights});
   }
   state.sgdSteps = sgdSteps_;
+  widths_.save(state);
 }
 
 void MapModel::restore(const HilbertState& state)
@@ -64,6 +101,7 @@ void MapModel::restore(const HilbertState& state)
     lattice_.put(index, {{block.bits, {}}, block.weights});
   }
   sgdSteps_ = state.sgdSteps;
+  widths_.restore(state);
 }
 
 }  // namespace lamap

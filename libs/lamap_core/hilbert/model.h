@@ -4,6 +4,7 @@
 #include <lamap_core/features/logodds.h>
 #include <lamap_core/features/rows.h>
 #include <lamap_core/hilbert/options.h>
+#include <lamap_core/hilbert/point_widths.h>
 #include <lamap_core/hilbert/state.h>
 #include <lamap_core/learning/solver.h>
 #include <lamap_core/math/workers.h>
@@ -24,7 +25,8 @@ struct PointAtSite
 
 /** What a HilbertMap has learned: weights of one kind of features, on a lattice that is fixed to the map.
  *
- * The lattice holds every site that held a training point, with whatever is known of its weight. */
+ * The lattice holds every site that held a training point, with whatever is known of its weight. A question
+ * is as uncertain as the training points near it were, and as it says itself. */
 class MapModel
 {
  public:
@@ -37,19 +39,18 @@ class MapModel
    * @param set in `frame`; may be changed
    * @throws std::length_error if features would not fit into memory. Whatever is thrown, nothing is learned.
    */
-  virtual void learn(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
-                     const Workers& workers) = 0;
+  void learn(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
+             const Workers& workers);
 
-  [[nodiscard]] virtual ReachedLogodds at(const PointAtSite& point) const = 0;
+  [[nodiscard]] ReachedLogodds at(const PointAtSite& point) const;
   /// Expected log-odds at an uncertain point. @param covariance [m²]
-  [[nodiscard]] virtual ReachedLogodds at(const PointAtSite& point,
-                                          const Eigen::Matrix3d& covariance) const = 0;
+  [[nodiscard]] ReachedLogodds at(const PointAtSite& point, const Eigen::Matrix3d& covariance) const;
   /// @param points [m] from the lowest corner of the anchor site; @param out as many, x fastest
-  virtual void atRegular(const CellIndex& anchorSite, const RegularPoints& points,
-                         std::vector<ReachedLogodds>& out) const = 0;
+  void atRegular(const CellIndex& anchorSite, const RegularPoints& points,
+                 std::vector<ReachedLogodds>& out) const;
 
   [[nodiscard]] virtual size_t weightCount() const = 0;
-  [[nodiscard]] virtual size_t memoryBytes() const { return lattice_.memoryBytes(); }
+  [[nodiscard]] virtual size_t memoryBytes() const { return lattice_.memoryBytes() + widths_.memoryBytes(); }
   [[nodiscard]] const HilbertLattice<SitePosterior>& lattice() const { return lattice_; }
 
   /// Gives the working memory of learn() back.
@@ -61,15 +62,29 @@ class MapModel
   virtual void restore(const HilbertState& state);
 
  protected:
-  explicit MapModel(const HilbertStructure& structure) : structure_(structure), kernel_(structure.kernel()) {}
+  explicit MapModel(const HilbertStructure& structure)
+      : structure_(structure), kernel_(structure.kernel()), widths_(structure)
+  {
+  }
   MapModel(const MapModel& other)
       : structure_(other.structure_),
         kernel_(other.kernel_),
         lattice_(other.lattice_),
+        widths_(other.widths_),
         sgdSteps_(other.sgdSteps_)
   {
   }
   MapModel& operator=(const MapModel&) = delete;
+
+  /// Learns the weights, as learn().
+  virtual void learnWeights(HilbertTrainingSet& set, const HilbertFrame& frame,
+                            const HilbertInference& inference, const Workers& workers) = 0;
+  // What the weights say of points that are exactly there, or as uncertain as the covariance.
+  [[nodiscard]] virtual ReachedLogodds saidAt(const PointAtSite& point) const = 0;
+  [[nodiscard]] virtual ReachedLogodds saidAt(const PointAtSite& point,
+                                              const Eigen::Matrix3d& covariance) const = 0;
+  virtual void saidAtRegular(const CellIndex& anchorSite, const RegularPoints& points,
+                             std::vector<ReachedLogodds>& out) const = 0;
 
   using Growth = LatticeGrowth<SitePosterior>;
   /// Adds the sites of a set to the lattice, those that are not there yet with this weight.
@@ -82,6 +97,7 @@ class MapModel
   HilbertStructure structure_;
   CompactKernel kernel_;
   HilbertLattice<SitePosterior> lattice_;
+  PointWidths widths_;
   uint64_t sgdSteps_ = 0;
 
   /// Of learn(), kept between scans; a copy begins with its own.

@@ -14,8 +14,8 @@ NystroemMapModel::NystroemMapModel(const HilbertStructure& structure)
 {
 }
 
-void NystroemMapModel::learn(HilbertTrainingSet& set, const HilbertFrame& frame,
-                             const HilbertInference& inference, const Workers& workers)
+void NystroemMapModel::learnWeights(HilbertTrainingSet& set, const HilbertFrame& frame,
+                                    const HilbertInference& inference, const Workers& workers)
 {
   constexpr double kMostFeatures = 1e9;
   if (static_cast<double>(set.size()) * structure_.components > kMostFeatures)
@@ -88,20 +88,20 @@ Eigen::Vector3d NystroemMapModel::inMap(const PointAtSite& point) const
   return place;
 }
 
-ReachedLogodds NystroemMapModel::at(const PointAtSite& point) const
+ReachedLogodds NystroemMapModel::saidAt(const PointAtSite& point) const
 {
   if (!reaches(point)) return {};
   return {static_cast<float>(features_.logoddsAt(folded_, inMap(point))), true};
 }
 
-ReachedLogodds NystroemMapModel::at(const PointAtSite& point, const Eigen::Matrix3d& covariance) const
+ReachedLogodds NystroemMapModel::saidAt(const PointAtSite& point, const Eigen::Matrix3d& covariance) const
 {
   if (!reaches(point)) return {};
   return {static_cast<float>(features_.logoddsAt(folded_, inMap(point), covariance)), true};
 }
 
-void NystroemMapModel::atRegular(const CellIndex& anchorSite, const RegularPoints& points,
-                                 std::vector<ReachedLogodds>& out) const
+void NystroemMapModel::saidAtRegular(const CellIndex& anchorSite, const RegularPoints& points,
+                                     std::vector<ReachedLogodds>& out) const
 {
   out.assign(points.size(), {});
   if (classifier_.empty() || out.empty()) return;

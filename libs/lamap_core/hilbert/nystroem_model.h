@@ -21,13 +21,14 @@ class NystroemMapModel final : public MapModel
     return std::make_unique<NystroemMapModel>(*this);
   }
 
-  void learn(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
-             const Workers& workers) override;
+  void learnWeights(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
+                    const Workers& workers) override;
 
-  [[nodiscard]] ReachedLogodds at(const PointAtSite& point) const override;
-  [[nodiscard]] ReachedLogodds at(const PointAtSite& point, const Eigen::Matrix3d& covariance) const override;
-  void atRegular(const CellIndex& anchorSite, const RegularPoints& points,
-                 std::vector<ReachedLogodds>& out) const override;
+  [[nodiscard]] ReachedLogodds saidAt(const PointAtSite& point) const override;
+  [[nodiscard]] ReachedLogodds saidAt(const PointAtSite& point,
+                                      const Eigen::Matrix3d& covariance) const override;
+  void saidAtRegular(const CellIndex& anchorSite, const RegularPoints& points,
+                     std::vector<ReachedLogodds>& out) const override;
 
   [[nodiscard]] size_t weightCount() const override { return features_.components(); }
   [[nodiscard]] size_t memoryBytes() const override;

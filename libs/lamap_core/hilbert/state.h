@@ -45,11 +45,21 @@ struct HilbertState
     std::vector<uint8_t> passes;  ///< likewise; one of both is > 0
   };
 
+  /// How uncertain the training points in sites were, in a block of 8³, see PointWidths.
+  struct WidthBlock
+  {
+    BlockIndex index;
+    SiteSet::Bits bits{};
+    std::vector<float> weights;    ///< of those sites, in the order of bits
+    std::vector<float> variances;  ///< likewise, weighted [m²]
+  };
+
   std::vector<Block> blocks;              ///< by z, y, x; weights are 0 where features are Nyström's
   uint64_t sgdSteps = 0;                  ///< done so far
   std::vector<Eigen::Vector3d> inducing;  ///< of Nyström's features [m]
   std::vector<float> classifier;          ///< their weights, then the bias
   std::vector<SeenBlock> seen;            ///< by z, y, x
+  std::vector<WidthBlock> widths;         ///< by z, y, x
   std::vector<CellPoints> cells;          ///< `Batch`: by z, y, x
   std::vector<Point> points;              ///< `Batch`: in the order they came
 

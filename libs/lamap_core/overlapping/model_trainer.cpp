@@ -101,7 +101,8 @@ const HilbertTrainingSet& HilbertModelTrainer::sample(const std::vector<ModelSca
   {
     const size_t first = set_.size();
     set_.append(sampler_.sample(scan.rays, inference.rules(), frame.cells, {}, 1), frame);
-    if (scan.uncertainty) set_.blur(first, *scan.uncertainty, scan.rays.firstCentre_map(), shape.planar);
+    if (scan.uncertainty)
+      set_.blur(first, *scan.uncertainty, scan.rays.firstCentre_map(), shape.gamma, shape.planar);
   }
   return set_;
 }

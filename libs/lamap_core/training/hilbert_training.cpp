@@ -1,5 +1,8 @@
 #include <lamap_core/training/hilbert_training.h>
 
+#include <Eigen/LU>
+#include <cmath>
+
 namespace lamap
 {
 void HilbertTrainingSet::clear()
@@ -32,13 +35,16 @@ void HilbertTrainingSet::append(const TrainingSet& set, const HilbertFrame& fram
 }
 
 void HilbertTrainingSet::blur(size_t first, const HilbertUncertainty& uncertainty,
-                              const Eigen::Vector3d& sensor, bool planar)
+                              const Eigen::Vector3d& sensor, double gamma, bool planar)
 {
   covariances.resize(size(), Eigen::Matrix3d::Zero());
   for (size_t i = first; i < size(); ++i)
   {
     const Eigen::Matrix3d added = uncertainty.of(points[i], sensor);
-    covariances[i] += planar ? inPlane(added) : added;
+    const Eigen::Matrix3d covariance = planar ? inPlane(added) : added;
+    covariances[i] += covariance;
+    weights[i] *= static_cast<float>(
+        1 / std::sqrt((Eigen::Matrix3d::Identity() + 4 * gamma * covariance).determinant()));
   }
 }
 

@@ -25,10 +25,13 @@ struct HilbertTrainingSet
   void add(const TrainingPoint& point, const HilbertFrame& frame);
   /// Adds the points of a scan. @param set in the frame's cells
   void append(const TrainingSet& set, const HilbertFrame& frame);
-  /** Adds covariance to the points from `first` on.
-   * @param uncertainty in the frame of the points [m]; @param sensor [m] likewise, where the rays came from
+  /** Adds covariance to the points from `first` on, which then weigh less: the factor |I + 4γΣ|^(−1/2) is the
+   * mean of the squared kernel over where a point may be.
+   * @param gamma of the kernel [m⁻²]; @param uncertainty in the frame of the points [m]; @param sensor [m]
+   * likewise, where the rays came from
    * @param planar points move in the plane only */
-  void blur(size_t first, const HilbertUncertainty& uncertainty, const Eigen::Vector3d& sensor, bool planar);
+  void blur(size_t first, const HilbertUncertainty& uncertainty, const Eigen::Vector3d& sensor, double gamma,
+            bool planar);
 };
 
 }  // namespace lamap

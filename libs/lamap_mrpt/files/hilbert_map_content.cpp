@@ -66,6 +66,24 @@ HilbertState::SeenBlock readSeen(ByteReader& in, uint8_t version)
   return seen;
 }
 
+void writeWidths(const HilbertState::WidthBlock& widths, ByteWriter& out)
+{
+  writeIndex(widths.index, out);
+  out.numbers(widths.bits.data(), widths.bits.size());
+  out.vector(widths.weights);
+  out.vector(widths.variances);
+}
+
+HilbertState::WidthBlock readWidths(ByteReader& in)
+{
+  HilbertState::WidthBlock widths;
+  widths.index = readIndex<BlockIndex>(in);
+  for (uint64_t& word : widths.bits) word = in.number<uint64_t>();
+  widths.weights = in.vector<float>();
+  widths.variances = in.vector<float>();
+  return widths;
+}
+
 void writePoint(const HilbertState::Point& point, ByteWriter& out)
 {
   writeMatrix(point.place, out);
@@ -90,6 +108,7 @@ void writeHilbertState(const HilbertState& state, ByteWriter& out)
 {
   writeAll(state.blocks, out, [&](const HilbertState::Block& block) { writeBlock(block, out); });
   writeAll(state.seen, out, [&](const HilbertState::SeenBlock& seen) { writeSeen(seen, out); });
+  writeAll(state.widths, out, [&](const HilbertState::WidthBlock& widths) { writeWidths(widths, out); });
   out.number(state.sgdSteps);
   writeAll(state.inducing, out, [&](const Eigen::Vector3d& place) { writeMatrix(place, out); });
   out.vector(state.classifier);
@@ -111,6 +130,9 @@ HilbertState readHilbertState(ByteReader& in, uint8_t version)
   if (version > 1)
     readAll(state.seen, kIndexBytes + sizeof(SiteSet::Bits) + sizeof(uint64_t), in,
             [&] { return readSeen(in, version); });
+  if (version > 2)
+    readAll(state.widths, kIndexBytes + sizeof(SiteSet::Bits) + 2 * sizeof(uint64_t), in,
+            [&] { return readWidths(in); });
   state.sgdSteps = in.number<uint64_t>();
   readAll(state.inducing, kPlaceBytes, in, [&] { return readMatrix<Eigen::Vector3d>(in); });
   state.classifier = in.vector<float>();

@@ -433,6 +433,12 @@ TEST(HilbertMap, RefusesStatesThatAreNone)
   refused([](HilbertState& s) { s.seen[0].hits[0] = s.seen[0].passes[0] = 128; });
   refused([](HilbertState& s) { s.seen[0] = {s.seen[0].index, {}, {}, {}}; });
   refused([](HilbertState& s) { s.seen.push_back(s.seen[0]); });
+  const HilbertState::WidthBlock width{{0, 0, 0}, {1}, {1}, {0.1f}};
+  refused([&](HilbertState& s) { s.widths = {width, width}; });
+  refused([&](HilbertState& s) { s.widths = {{{0, 0, 0}, {3}, {1}, {0.1f}}}; });
+  refused([&](HilbertState& s) { s.widths = {{{0, 0, 0}, {1}, {1}, {}}}; });
+  refused([&](HilbertState& s) { s.widths = {{{0, 0, 0}, {1}, {1}, {-1}}}; });
+  refused([&](HilbertState& s) { s.widths = {{{0, 0, 0}, {1}, {std::nanf("")}, {1}}}; });
   refused([](HilbertState& s) { s.inducing.push_back({0, 0, 0}); });
   refused([](HilbertState& s) { s.classifier = {1, 2}; });
   refused([](HilbertState& s) { s.cells.push_back({{0, 0, 0}, 1, 0}); });
@@ -695,6 +701,80 @@ TEST(HilbertMap, UncertainScansSayLess)
   hopeless.point = Eigen::Matrix3d::Identity() * 100;
   nothing.insert(scans[0], nearInference(), &hopeless, 1);
   EXPECT_TRUE(nothing.empty());
+}
+
+/// The map of a room, scanned twice from poses whose positions have this standard deviation.
+HilbertMap mapOfUncertainPoses(const HilbertStructure& structure, const std::vector<double>& stds_m)
+{
+  const std::vector<Scan> scans = roomScans(13, static_cast<int>(stds_m.size()), 200);
+  HilbertMap map(structure);
+  for (size_t i = 0; i < scans.size(); ++i)
+  {
+    HilbertUncertainty uncertainty;
+    uncertainty.pose.topLeftCorner<3, 3>().diagonal().setConstant(stds_m[i] * stds_m[i]);
+    map.insert(scans[i], nearInference(), &uncertainty, 1);
+  }
+  return map;
+}
+
+TEST(HilbertMap, AQuestionIsAsUncertainAsTheTrainingPointsNearIt)
+{
+  constexpr double kStd_m = 0.15;
+  for (HilbertStructure structure : allHilbertStructures())
+    for (const bool planar : {false, true})
+    {
+      structure.planar = planar;
+      SCOPED_TRACE(nameOf(structure));
+      const HilbertMap map = mapOfUncertainPoses(structure, {kStd_m, kStd_m});
+      HilbertState state = map.state();
+      EXPECT_FALSE(state.widths.empty());
+      state.widths.clear();
+      HilbertMap sharp(structure);
+      sharp.restore(state);
+      Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity() * kStd_m * kStd_m;
+      Random random(11);
+      double surer = 0;
+      size_t asked = 0;
+      for (int i = 0; i < 300; ++i)
+      {
+        const Eigen::Vector3d point = random.inCube(1.5);
+        if (!sharp.logoddsAt(point) || !sharp.logoddsAt(point, covariance)) continue;
+        ++asked;
+        EXPECT_NEAR(*map.logoddsAt(point), *sharp.logoddsAt(point, covariance), 1e-3);
+        surer += std::abs(*sharp.logoddsAt(point)) - std::abs(*map.logoddsAt(point));
+        const CellIndex cell = *cellAt(planar ? Eigen::Vector3d(point.x(), point.y(), 0) : point, 0.1);
+        std::vector<ReachedLogodds> box;
+        map.logoddsOf({cell.x - 1, cell.y, cell.z}, {3, 1, 1}, box);
+        EXPECT_EQ(box[1].reached, map.logoddsOf(cell).has_value());
+        if (box[1].reached)
+        {
+          EXPECT_NEAR(box[1].logodds, *map.logoddsOf(cell), 1e-4);
+        }
+      }
+      EXPECT_GT(asked, 100u);
+      EXPECT_GT(surer, 0);
+    }
+}
+
+TEST(HilbertMap, CertainScansMakeQuestionsSharper)
+{
+  const auto meanVariance = [](const HilbertMap& map)
+  {
+    double weights = 0, variances = 0;
+    for (const HilbertState::WidthBlock& block : map.state().widths)
+      for (size_t i = 0; i < block.weights.size(); ++i)
+      {
+        weights += static_cast<double>(block.weights[i]);
+        variances += static_cast<double>(block.variances[i]);
+      }
+    return variances / weights;
+  };
+  const double uncertain = meanVariance(mapOfUncertainPoses({}, {0.2}));
+  EXPECT_NEAR(uncertain, 0.04, 1e-5);
+  const double mixed = meanVariance(mapOfUncertainPoses({}, {0.2, 0, 0}));
+  EXPECT_LT(mixed, 0.5 * uncertain);
+  EXPECT_GT(mixed, 0);
+  EXPECT_TRUE(mapOfUncertainPoses({}, {0, 0}).state().widths.empty());
 }
 
 TEST(HilbertMap, RefusesBadOptionsByName)

@@ -198,10 +198,13 @@ TEST(HilbertTrainingSet, TakesWidthsAndUncertainty)
   EXPECT_EQ(set.covariances[1], Eigen::Matrix3d(Eigen::Matrix3d::Identity() / 16));
   HilbertUncertainty uncertainty;
   uncertainty.point = Eigen::Vector3d(1, 4, 9).asDiagonal();
-  set.blur(1, uncertainty, {1, 0, 0}, true);
+  set.blur(1, uncertainty, {1, 0, 0}, 2.0, true);
   EXPECT_TRUE(set.covariances[0].isZero(0));
   EXPECT_EQ(set.covariances[1],
             Eigen::Matrix3d(Eigen::Vector3d(1 + 1.0 / 16, 4 + 1.0 / 16, 1.0 / 16).asDiagonal()));
+  // It weighs less by |I + 4·2·diag(1, 4, 0)|^(−1/2), the same point without uncertainty as before.
+  EXPECT_EQ(set.weights[0], 2.0f);
+  EXPECT_NEAR(set.weights[1], 1 / std::sqrt(9.0 * 33.0), 1e-6);
 }
 
 // A point p moved by a pose (t, ω): p + t + ω × (p − centre), by drawing.
