@@ -130,10 +130,16 @@ TEST(GpMrptMap, FilesOfOlderVersionsLoadAsTheyWereAndThoseOfTodaySaveToTheSameBy
 
     // What is learned today is what was learned when the newest file was written, on every processor.
     const auto today = taught<CGPMap>(settings);
-    const auto newest = goldenMapOf("gpMap_v2_" + name, &today);
+    const auto newest = goldenMapOf("gpMap_v3_" + name, &today);
     ASSERT_TRUE(newest);
     EXPECT_TRUE(cellsOf(today) == cellsOf(*newest));
-    expectSavesAs(*newest, "gpMap_v2_" + name);
+    expectSavesAs(*newest, "gpMap_v3_" + name);
+
+    const auto older = goldenMapOf<CGPMap>("gpMap_v2_" + name, nullptr);
+    ASSERT_TRUE(older);
+    EXPECT_TRUE(cellsOf(today) == cellsOf(*older));
+    EXPECT_EQ(older->creationOptions().maxEvidence, 0);
+    expectSavesTheSameAgain(*older);
   }
 }
 

@@ -335,11 +335,17 @@ TYPED_TEST(HilbertMaps, FilesOfOlderVersionsLoadAsTheyWereAndThoseOfTodaySaveToT
     expectSavesTheSameAgain(*loaded);
 
     const TypeParam today = taught<TypeParam>(settings);
-    const std::string newestName = aliasOf<TypeParam>() + "_v3_" + ending;
+    const std::string newestName = aliasOf<TypeParam>() + "_v4_" + ending;
     const auto newest = goldenMapOf(newestName, &today);
     ASSERT_TRUE(newest);
     EXPECT_EQ(cellCount(*newest), cellCount(today));
     expectSavesAs(*newest, newestName);
+
+    const auto older = goldenMapOf<TypeParam>(aliasOf<TypeParam>() + "_v3_" + ending, nullptr);
+    ASSERT_TRUE(older);
+    EXPECT_EQ(cellCount(*older), cellCount(today));
+    EXPECT_EQ(older->likelihoodOptions.freeBefore, 0);
+    expectSavesTheSameAgain(*older);
     ++number;
   }
 }

@@ -53,6 +53,14 @@ double byHand(const CBGKMap& map, const mrpt::obs::CObservation& observation, co
             const double cells = options.endPointStd / map.resolution();
             prob = std::max(prob, other->prob * std::exp(-0.5 * squared / (cells * cells)));
           }
+      const Eigen::Vector3d along = end - scan->inMap(fan.centre);
+      const double before = std::max(options.freeBefore, 2 * map.resolution());
+      if (options.freeBefore > 0 && along.norm() > before)
+      {
+        const Eigen::Vector3d passed = end - before * along.normalized();
+        const auto there = map.estimateCell(*lamap::cellAt(passed, map.resolution()));
+        prob *= 1 - (there ? there->prob : options.unobservedProb);
+      }
       sum += std::log((1 - options.outlierProb) * prob + 0.5 * options.outlierProb);
     }
   return options.independence * sum;
@@ -73,6 +81,10 @@ TEST(Likelihood, FollowsItsFormula)
   compare("cell only");
   map.likelihoodOptions.endPointStd = 0.15;
   compare("neighbours");
+  map.likelihoodOptions.freeBefore = 0.4;
+  compare("free before the end");
+  map.likelihoodOptions.freeBefore = 0.01;
+  compare("free two cells before the end");
   map.likelihoodOptions.outlierProb = 0.5;
   compare("outliers");
   map.likelihoodOptions.unobservedProb = 0.9;
@@ -105,6 +117,27 @@ TEST(Likelihood, IsLargestAtTheTruePose)
     EXPECT_GT(best, map.computeObservationLikelihood(scan, CPose3D(0, offset, 0, 0, 0, 0)));
     EXPECT_GT(best, map.computeObservationLikelihood(scan, CPose3D(0, 0, 0, offset, 0, 0)));
   }
+}
+
+// Learned walls are thick: an end inside of one is as likely as one on its surface, but for what its ray
+// passed.
+TEST(Likelihood, AsksForFreeSpaceBeforeTheEnd)
+{
+  CBGKMap map;
+  for (int y = -20; y < 20; ++y)
+    for (int x = 0; x < 40; ++x) map.updateVoxel(0.1 * x + 0.05, 0.1 * y + 0.05, 0.05, x >= 30);
+  mrpt::obs::CObservationPointCloud cloud;
+  auto points = mrpt::maps::CSimplePointsMap::Create();
+  points->insertPoint(3.05f, 0.05f, 0.05f);
+  cloud.pointcloud = points;
+  const auto at = [&](double x)
+  { return map.computeObservationLikelihood(cloud, CPose3D(x, 0, 0, 0, 0, 0)); };
+  map.likelihoodOptions.freeBefore = 0;
+  EXPECT_NEAR(at(0.6), at(0), 1e-6);
+  map.likelihoodOptions.freeBefore = 0.4;
+  EXPECT_LT(at(0.6), at(0) - 1.5 * map.likelihoodOptions.independence);
+  EXPECT_LT(at(-0.6), at(0));
+  EXPECT_NEAR(at(0.2), at(0), 1e-6);  // only that far before
 }
 
 TEST(Likelihood, HasAFloorForOutliers)

@@ -161,10 +161,10 @@ TEST(Serialization, ANewerVersionIsRefusedAsSuch)
 {
   auto bytes = bytesOf(CBGKMap());
   const size_t versionAt = 1 + std::string("lamap::CBGKMap").size();
-  ASSERT_EQ(bytes.at(versionAt), 2);
+  ASSERT_EQ(bytes.at(versionAt), 3);
   bytes[versionAt] = 9;
   const std::string complaint = complaintAbout(bytes);
-  for (const std::string part : {"lamap::CBGKMap", "version 9", "up to version 2", "newer"})
+  for (const std::string part : {"lamap::CBGKMap", "version 9", "up to version 3", "newer"})
     EXPECT_NE(complaint.find(part), std::string::npos) << complaint;
 }
 
@@ -198,6 +198,7 @@ planar = false
 planarHeight = 0
 priorAlpha = 0.003
 priorBeta = 0.003
+maxEvidence = 0
 enableSaveAs3DObject = false
 [map_bgkMap_00_insertOpts]
 freeSpace = samples
@@ -223,6 +224,7 @@ varianceThreshold = 0
 decimation = 3
 outlierProb = 0.25
 endPointStd = 0.125
+freeBefore = 0
 unobservedProb = 0.5
 independence = 0.75
 [map_bgkMap_00_renderOpts]
@@ -261,14 +263,25 @@ TEST(Serialization, TheFileOfVersion1LoadsAsItWas)
   expectSavesTheSameAgain(*loaded);
 }
 
-TEST(Serialization, TheFileOfVersion2HoldsWhatIsLearnedTodayAndSavesToTheSameBytes)
+TEST(Serialization, TheFileOfVersion2LoadsWithTheOptionsThatItLacksOff)
+{
+  const auto loaded = goldenMapOf<CBGKMap>("bgk_map_v2", nullptr);
+  ASSERT_TRUE(loaded);
+  expectSameCells(*loaded, goldenMap());
+  EXPECT_EQ(loaded->likelihoodOptions.freeBefore, 0);
+  EXPECT_EQ(loaded->creationOptions().maxEvidence, 0);
+  EXPECT_EQ(loaded->likelihoodOptions.independence, 0.75);
+  expectSavesTheSameAgain(*loaded);
+}
+
+TEST(Serialization, TheFileOfVersion3HoldsWhatIsLearnedTodayAndSavesToTheSameBytes)
 {
   const CBGKMap today = goldenMap();
-  const auto loaded = goldenMapOf("bgk_map_v2", &today);
+  const auto loaded = goldenMapOf("bgk_map_v3", &today);
   ASSERT_TRUE(loaded);
   expectSameCells(*loaded, today);
   EXPECT_EQ(bytesOf(*loaded), bytesOf(today));
-  expectSavesAs(*loaded, "bgk_map_v2");
+  expectSavesAs(*loaded, "bgk_map_v3");
 }
 
 TEST(Serialization, SavingTheRepresentationWritesThreeWholeFiles)

@@ -42,7 +42,7 @@ class BgkMap : public EvidenceMap<BgkReading>
   RayCounts insert(const Scan& scan, const BgkInference& inference, unsigned threads = 0);
 
   /** Adds all evidence of another map, as if its scans had been inserted here.
-   * @throws std::invalid_argument if its structure (the prior and pruning apart) differs. */
+   * @throws std::invalid_argument if its structure (the prior, maxEvidence and pruning apart) differs. */
   using EvidenceMap::merge;
 
   /** Makes another map the prior: α₀ and β₀ of a cell that has evidence there are its α and β

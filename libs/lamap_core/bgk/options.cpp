@@ -16,7 +16,11 @@ const OptionTable& BgkStructure::optionTable()
         .add("priorAlpha", &Self::priorAlpha, plain().above(0).to(1e6),
              "prior pseudo-count for occupied in every cell")
         .add("priorBeta", &Self::priorBeta, plain().above(0).to(1e6),
-             "prior pseudo-count for free in every cell");
+             "prior pseudo-count for free in every cell")
+        .add("maxEvidence", &Self::maxEvidence, plain().from(0).to(1e12),
+             "a cell reads as if it had this many pseudo-counts at most, in the proportions of what it has; "
+             "0: no "
+             "limit");
     return all;
   }();
   return table;

@@ -16,6 +16,9 @@ struct BgkStructure : public BlockOptions
 {
   double priorAlpha = 0.003;  ///< α₀ [pseudo-counts], finite, > 0
   double priorBeta = 0.003;   ///< β₀ [pseudo-counts], finite, > 0
+  /// A cell reads as if it had this much evidence at most [pseudo-counts], in the proportions of what it has;
+  /// 0: no limit.
+  double maxEvidence = 0;
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
   void validate() const;

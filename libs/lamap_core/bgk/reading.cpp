@@ -18,6 +18,7 @@ void requireSameCells(BgkStructure theirs, const BgkStructure& ours, const std::
   theirs.pruning = ours.pruning;
   theirs.priorAlpha = ours.priorAlpha;
   theirs.priorBeta = ours.priorBeta;
+  theirs.maxEvidence = ours.maxEvidence;
   requireSameOptions(theirs, ours, whose, "that of this map");
   theirs.planarHeight = height;
   requireLegal(theirs.planarLayer() == ours.planarLayer(), ("planarHeight " + whose).c_str(), height,
@@ -46,13 +47,16 @@ CellEstimate BgkReading::read(const CellIndex& cell, const CellSums& sums,
                               const StateThresholds& thresholds) const
 {
   const std::array<double, 2> prior = priorOf(cell);
-  const double alpha = prior[0] + static_cast<double>(sums.first) * kEvidenceUnit;
-  const double beta = prior[1] + static_cast<double>(sums.second) * kEvidenceUnit;
+  const double hits = static_cast<double>(sums.first) * kEvidenceUnit;
+  const double free = static_cast<double>(sums.second) * kEvidenceUnit;
+  const double factor = evidenceFactor(hits + free, structure_.maxEvidence);
+  const double alpha = prior[0] + factor * hits;
+  const double beta = prior[1] + factor * free;
   CellEstimate estimate;
   estimate.prob = bgkMean(alpha, beta);
   estimate.variance = bgkVariance(alpha, beta);
   estimate.state = bgkState(estimate.prob, *estimate.variance, thresholds);
-  estimate.evidence = {alpha, beta};
+  estimate.evidence = {prior[0] + hits, prior[1] + free};
   return estimate;
 }
 

@@ -12,7 +12,8 @@ namespace lamap
 class BgkMap;
 
 /** How a BGK map reads the two sums of a cell: ȳ and k̄ − ȳ over all scans (thesis eq. 4.5, 4.6), to which α₀
- * and β₀ are added. A Reading as EvidenceMap requires it. */
+ * and β₀ are added; the sums count up to maxEvidence, but `evidence` tells all of them. A Reading as
+ * EvidenceMap requires it. */
 class BgkReading : public ReadingOf<BgkStructure, SumKind::Counts>
 {
  public:
@@ -20,7 +21,7 @@ class BgkReading : public ReadingOf<BgkStructure, SumKind::Counts>
 
   [[nodiscard]] CellEstimate read(const CellIndex& cell, const CellSums& sums,
                                   const StateThresholds& thresholds) const;
-  /// Priors and pruning may differ.
+  /// Priors, the limit of evidence and pruning may differ.
   void requireAddable(const BgkReading& other) const;
 
   /// @throws std::invalid_argument if its resolution or planar layer differs.

@@ -42,7 +42,7 @@ class GpMap : public EvidenceMap<GpReading>
   RayCounts insert(const Scan& scan, const GpInference& inference, unsigned threads = 0);
 
   /** Adds all evidence of another map, as if its scans had been inserted here.
-   * @throws std::invalid_argument if its structure (pruning apart) differs. */
+   * @throws std::invalid_argument if its structure (pruning and maxEvidence apart) differs. */
   using EvidenceMap::merge;
 
   /** Adds to a cell what a GP with one training point, at the cell's centre, says there.

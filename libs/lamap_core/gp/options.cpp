@@ -21,7 +21,11 @@ const OptionTable& GpStructure::optionTable()
         .add("squashGain", &Self::squashGain, plain().above(0).to(1e6),
              "gain of the function that maps means and variances to probabilities")
         .add("minVariance", &Self::minVariance, plain().above(0).to(1e3).usually("noiseVariance"),
-             "minimum variance in that function");
+             "minimum variance in that function")
+        .add("maxEvidence", &Self::maxEvidence, plain().from(0).to(1e12),
+             "a cell reads as if scans had given it this precision at most, with the same mean of theirs; 0: "
+             "no limit")
+        .onlyWhere({"maxEvidence"}, {{"fusion", {"bcm"}}});
     return all;
   }();
   return table;

@@ -36,6 +36,10 @@ struct GpStructure : public BlockOptions
   double squashGain = 1.0;            ///< γ of eq. (2.25), > 0
   std::optional<double> minVariance;  ///< σ²_min of eq. (2.25), > 0; empty: noiseVariance
 
+  /// Of `Bcm`: a cell reads as if the precision that scans gave it were this at most, with the same mean; 0:
+  /// no limit. A sharp hit or free point gives 1/noiseVariance.
+  double maxEvidence = 0;
+
   [[nodiscard]] double resolvedMinVariance() const { return minVariance.value_or(noiseVariance); }
   /// The same with minVariance filled in.
   [[nodiscard]] GpStructure resolved() const;

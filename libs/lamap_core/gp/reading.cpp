@@ -14,6 +14,14 @@ double sumOf(uint64_t code)
 }
 }  // namespace
 
+void GpReading::requireAddable(const GpReading& other) const
+{
+  GpStructure theirs = other.structure_;
+  theirs.pruning = structure_.pruning;
+  theirs.maxEvidence = structure_.maxEvidence;
+  requireSameOptions(theirs, structure_, "of the other map", "that of this map");
+}
+
 GpReading::GpReading(const GpStructure& structure) : ReadingOf(structure)
 {
   structure_.minVariance = structure_.resolvedMinVariance();
@@ -31,10 +39,13 @@ CellEstimate GpReading::read(const CellIndex& /*cell*/, const CellSums& sums,
     cell.state = stateOf(cell.prob, thresholds);
     return cell;
   }
-  const double precision = 1.0 / structure_.signalVariance + std::max(sumOf(sums.first), 0.0);
-  const double weighted = sumOf(sums.second);
-  cell.variance = 1.0 / precision;                       // Eq. (2.29)
-  cell.evidence = {precision, weighted / precision};     // Eq. (2.28)
+  const double prior = 1.0 / structure_.signalVariance;
+  const double given = std::max(sumOf(sums.first), 0.0);
+  const double factor = evidenceFactor(given, structure_.maxEvidence);
+  const double precision = prior + factor * given;
+  const double weighted = factor * sumOf(sums.second);
+  cell.variance = 1.0 / precision;                                        // Eq. (2.29)
+  cell.evidence = {prior + given, sumOf(sums.second) / (prior + given)};  // Eq. (2.28)
   cell.prob = logistic(structure_.squash() * weighted);  // Eq. (2.25): ω is σ²_min·mean/variance
   if (!(thresholds.variance > 0) || *cell.variance < thresholds.variance)
     cell.state = stateOf(cell.prob, thresholds);

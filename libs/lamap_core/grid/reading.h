@@ -8,6 +8,14 @@
 
 namespace lamap
 {
+/** What is left of the evidence of a cell where it counts up to a limit: a factor for its sums, so that their
+ * ratio stays. Scans of one place have correlated errors, and the n-th of them says little that is new.
+ * @param evidence ≥ 0. @param most 0: no limit. @return in (0, 1] */
+[[nodiscard]] inline double evidenceFactor(double evidence, double most)
+{
+  return most > 0 && evidence > most ? most / evidence : 1.0;
+}
+
 /** What the Readings of learners have in common: a legal structure, means of all sums, evidence that adds to
  * that of the same structure, and no map as the prior. A learner hides what differs. */
 template <typename MapStructure, SumKind kSums>

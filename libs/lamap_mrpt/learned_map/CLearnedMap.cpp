@@ -80,6 +80,9 @@ const OptionTable& CLearnedMap::TLikelihoodOptions::optionTable() const
                "share of returns without information; half of it is the minimum likelihood of a return")
           .add("endPointStd", &Self::endPointStd, metres().from(0).to(1e3),
                "standard deviation of where a return ends; 0: only the cell it ends in counts")
+          .add("freeBefore", &Self::freeBefore, metres().from(0).to(1e3),
+               "rays must pass through free space this far before they end, at least two cells; 0: only ends "
+               "count")
           .add("unobservedProb", &Self::unobservedProb, plain().from(0).to(1),
                "P(occupied) assumed where the map has no evidence")
           .add("independence", &Self::independence, plain().above(0).to(1),

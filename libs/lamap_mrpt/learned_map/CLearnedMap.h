@@ -134,6 +134,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
     double outlierProb =
         0.3;  ///< share of returns that carry no information: half of it is the least one counts
     double endPointStd = 0.2;  ///< [m] uncertainty of where a return ends; 0: only the cell it ends in counts
+    double freeBefore = 0;     ///< [m] a ray must be free this far before its end; 0: only its end counts
     double unobservedProb = 0.25;  ///< P(occupied) that counts for a return where the map has no evidence
     double independence = 0.15;    ///< how much of a return counts as independent of the others
 

@@ -16,13 +16,23 @@ EndPoints endPointsOf(const mrpt::obs::CObservation& observation, const RangeOpt
   const Scan selected = selectRays(*scan, limits).scan;
   for (const RayFan& fan : selected.fans)
     for (const Ray& ray : fan.rays)
-      if (ray.meaning == RayEnd::Return) endPoints.ends_robot.push_back(selected.inMap(ray.end));
+    {
+      if (ray.meaning != RayEnd::Return) continue;
+      const Eigen::Vector3d direction = selected.turnedToMap(fan.directionOf(ray));
+      const double range_m = direction.norm();
+      const Eigen::Vector3d backwards =
+          range_m > 0 ? Eigen::Vector3d(-direction / range_m) : Eigen::Vector3d::Zero();
+      endPoints.ends.push_back({selected.inMap(ray.end), backwards, range_m});
+    }
   return endPoints;
 }
 
 EndPointLikelihood::EndPointLikelihood(const CLearnedMap& map, const CLearnedMap::TLikelihoodOptions& options)
     : map_(map), options_(options), resolution_(map.resolution()), layer_(map.planarLayer())
 {
+  // Nearer, the point would often lie in the cell of the end itself.
+  constexpr double kNearest_cells = 2;
+  if (options.freeBefore > 0) freeBefore_m_ = std::max(options.freeBefore, kNearest_cells * resolution_);
   // Beyond this many σ the weight is below 5 %.
   constexpr double kReach_std = 2.45;
   constexpr double kMostCells = 64;
@@ -47,28 +57,46 @@ double EndPointLikelihood::logOf(const EndPoints& endPoints, const mrpt::poses::
   const Eigen::Vector3d translation(robotPose.x(), robotPose.y(), robotPose.z());
   const std::lock_guard<std::mutex> lock(mutex_);
   double sum = 0;
-  for (const Eigen::Vector3d& end : endPoints.ends_robot) sum += termAt(rotation * end + translation);
+  for (const EndPoints::End& end : endPoints.ends)
+  {
+    const Eigen::Vector3d point_map = rotation * end.point_robot + translation;
+    double prob = probAt(point_map);
+    if (freeBefore_m_ > 0 && end.range_m > freeBefore_m_)
+      prob *= 1 - ownProbAt(point_map + freeBefore_m_ * (rotation * end.backwards_robot));
+    sum += std::log((1 - options_.outlierProb) * prob + 0.5 * options_.outlierProb);
+  }
   return options_.independence * sum;
 }
 
-double EndPointLikelihood::termAt(const Eigen::Vector3d& point_map) const
+double EndPointLikelihood::probAt(const Eigen::Vector3d& point_map) const
 {
-  auto cell = cellAt(point_map, resolution_);
-  if (!cell) return termOf(options_.unobservedProb);
-  if (layer_) cell->z = *layer_;
-  const auto known = terms_.find(*cell);
-  if (known != terms_.end()) return known->second;
-  // A lost filter in a large map must not fill the memory.
-  constexpr size_t kMostTerms = size_t{1} << 22;
-  if (terms_.size() >= kMostTerms) terms_.clear();
-  const auto term = static_cast<float>(termOf(probAround(*cell)));
-  terms_.emplace(*cell, term);
-  return term;
+  return kept(ends_, point_map, [&](const CellIndex& cell) { return probAround(cell); });
 }
 
-double EndPointLikelihood::termOf(double prob) const
+double EndPointLikelihood::ownProbAt(const Eigen::Vector3d& point_map) const
 {
-  return std::log((1 - options_.outlierProb) * prob + 0.5 * options_.outlierProb);
+  return kept(ownCells_, point_map,
+              [&](const CellIndex& cell)
+              {
+                const auto own = map_.estimateCell(cell);
+                return own ? own->prob : options_.unobservedProb;
+              });
+}
+
+template <typename Compute>
+double EndPointLikelihood::kept(Probs& probs, const Eigen::Vector3d& point_map, Compute&& compute) const
+{
+  auto cell = cellAt(point_map, resolution_);
+  if (!cell) return options_.unobservedProb;
+  if (layer_) cell->z = *layer_;
+  const auto known = probs.find(*cell);
+  if (known != probs.end()) return known->second;
+  // A lost filter in a large map must not fill the memory.
+  constexpr size_t kMostProbs = size_t{1} << 22;
+  if (probs.size() >= kMostProbs) probs.clear();
+  const auto prob = static_cast<float>(compute(*cell));
+  probs.emplace(*cell, prob);
+  return prob;
 }
 
 double EndPointLikelihood::probAround(const CellIndex& cell) const

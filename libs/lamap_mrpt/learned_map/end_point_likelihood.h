@@ -15,12 +15,18 @@
 
 namespace lamap
 {
-/// The end points of one observation's returns in the robot's frame, decimated as likelihoodOptions say.
+/// The returns of one observation in the robot's frame, decimated as likelihoodOptions say.
 struct EndPoints
 {
+  struct End
+  {
+    Eigen::Vector3d point_robot;
+    Eigen::Vector3d backwards_robot;  ///< unit vector to where its ray came from; zero on the sensor itself
+    double range_m;
+  };
   std::optional<ObservationFingerprint> observation;  ///< empty: must not be reused
   RangeOptions limits;
-  std::vector<Eigen::Vector3d> ends_robot;
+  std::vector<End> ends;
 };
 
 /** The returns of an observation that are within the limits.
@@ -30,11 +36,16 @@ struct EndPoints
 
 /** Log-likelihood of returns, given the map and a pose of the robot:
  *
- *   independence · Σ log((1 − ε)·P + ε/2),   ε = outlierProb
+ *   independence · Σ log((1 − ε)·P·F + ε/2),   ε = outlierProb
  *
  * P is P(occupied) for an end point whose position is uncertain by σ = endPointStd: the largest
  * P(cell) · exp(−d²/2σ²) over the surrounding cells, with d from centre to centre (if σ is 0: P of the end
  * point's cell alone). If the map has no evidence there, the end point's own cell counts with unobservedProb.
+ *
+ * F is P(free) of the cell that holds the point of the ray freeBefore before its end (or two cells before it,
+ * if that is farther; unobserved: 1 − unobservedProb): a ray passes through free space until it ends. Without
+ * it, an end deep inside a thick wall is as likely as one on its surface, and learned walls are thick. F is 1
+ * if freeBefore is 0, and for a ray that is too short.
  *
  * ε/2 is the floor: a return in free space (a person, a moved chair) costs at most log(ε/2). independence < 1
  * flattens the result, because neighbouring rays have correlated errors: otherwise a few hundred rays would
@@ -58,18 +69,25 @@ class EndPointLikelihood
     CellIndex offset;
     double weight;
   };
-  /// log((1 − ε)·P + ε/2); the caller holds the lock.
-  [[nodiscard]] double termAt(const Eigen::Vector3d& point_map) const;
+  using Probs = tsl::robin_map<CellIndex, float, CellIndexHash>;
+  // The caller holds the lock.
+  /// P for an end point.
+  [[nodiscard]] double probAt(const Eigen::Vector3d& point_map) const;
+  /// P(occupied) of the cell that holds a point.
+  [[nodiscard]] double ownProbAt(const Eigen::Vector3d& point_map) const;
+  template <typename Compute>
+  [[nodiscard]] double kept(Probs& probs, const Eigen::Vector3d& point_map, Compute&& compute) const;
   [[nodiscard]] double probAround(const CellIndex& cell) const;
-  [[nodiscard]] double termOf(double prob) const;
 
   const CLearnedMap& map_;
   CLearnedMap::TLikelihoodOptions options_;
   double resolution_;
+  double freeBefore_m_ = 0;
   std::optional<int32_t> layer_;
   std::vector<Neighbour> neighbours_;  ///< the cell itself, then the others, by decreasing weight
   mutable std::mutex mutex_;
-  mutable tsl::robin_map<CellIndex, float, CellIndexHash> terms_;
+  mutable Probs ends_;
+  mutable Probs ownCells_;
 };
 
 }  // namespace lamap

@@ -43,7 +43,8 @@ class CGPMap : public LearnerMap<GpLearner>
   using LearnerMap::LearnerMap;
 
   /** Adds all evidence of another map, as if its observations had been inserted here.
-   * @throws std::invalid_argument if it was made with other creation options, pruning and preset apart. */
+   * @throws std::invalid_argument if it was made with other creation options, maxEvidence, pruning and preset
+   * apart. */
   void merge(const CGPMap& other);
 
   // CLearnedMap

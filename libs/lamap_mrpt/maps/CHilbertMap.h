@@ -18,7 +18,7 @@ struct HilbertLearner
     : public LearnerTypes<CHilbertMap, HilbertMap, HilbertStructure, HilbertInference, HilbertPreset>
 {
   static constexpr const char* kAlias = "hilbertMap";
-  static constexpr uint8_t kFormatVersion = 3;
+  static constexpr uint8_t kFormatVersion = 4;
   static inline const std::vector<std::string> kPresets{"default", "thesis"};
 
   static HilbertMap make(const HilbertStructure& structure) { return HilbertMap(structure.resolved()); }

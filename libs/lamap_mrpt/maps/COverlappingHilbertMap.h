@@ -19,7 +19,7 @@ struct OverlappingLearner : public LearnerTypes<COverlappingHilbertMap, Overlapp
                                                 OverlappingStructure, OverlappingInference, OverlappingPreset>
 {
   static constexpr const char* kAlias = "overlappingHilbertMap";
-  static constexpr uint8_t kFormatVersion = 3;
+  static constexpr uint8_t kFormatVersion = 4;
   static inline const std::vector<std::string> kPresets{"default", "thesis"};
 
   static OverlappingHilbertMap make(const OverlappingStructure& structure)

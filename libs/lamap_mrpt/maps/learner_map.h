@@ -31,7 +31,7 @@ struct LearnerTypes
   using Insertion = InferenceOptions;
   using Preset = Presets;
 
-  static constexpr uint8_t kFormatVersion = 2;  ///< of map files; older ones are read too, see file-format.md
+  static constexpr uint8_t kFormatVersion = 3;  ///< of map files; older ones are read too, see file-format.md
 
   static Core make(const Creation& creation) { return Core(creation); }
   /// @throws std::invalid_argument naming the first illegal option, its value and what is legal

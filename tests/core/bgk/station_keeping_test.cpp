@@ -179,5 +179,29 @@ TEST(BgkMap, RefusesEvidenceBeyond63BitsAndKeepsWhatItHas)
   EXPECT_GE(map.evidence().at({0, 0, 0}).first, before.evidence().at({0, 0, 0}).first);
   EXPECT_LT(map.evidence().at({0, 0, 0}).first, uint64_t{1} << 63);
 }
+TEST(BgkMapProperty, EvidenceCountsUpToItsLimitInItsProportions)
+{
+  BgkStructure structure;
+  BgkMap plain(structure);
+  structure.maxEvidence = 2.0;
+  BgkMap limited(structure);
+  const CellIndex few{0, 0, 0}, many{1, 0, 0};
+  for (BgkMap* map : {&plain, &limited})
+  {
+    map->addEvidence(few, 1.5, 0.25, {});
+    map->addEvidence(many, 30, 10, {});
+  }
+  EXPECT_EQ(limited.cell(few, {})->prob, plain.cell(few, {})->prob);
+  // By hand: 40 pseudo-counts read as 2, three quarters of them for occupied.
+  EXPECT_NEAR(limited.cell(many, {})->prob, (0.003 + 1.5) / (0.006 + 2.0), 1e-12);
+  EXPECT_NEAR(*limited.cell(many, {})->variance, *plain.cell(many, {})->variance * 41.006 / 3.006, 1e-3);
+  EXPECT_EQ(limited.cell(many, {})->evidence, plain.cell(many, {})->evidence);
+  // What is stored is all of it: maps with other limits, or none, merge.
+  EXPECT_TRUE(limited.evidence() == plain.evidence());
+  plain.merge(limited, {});
+  limited.merge(limited, {});
+  EXPECT_TRUE(limited.evidence() == plain.evidence());
+}
+
 }  // namespace
 }  // namespace lamap::test

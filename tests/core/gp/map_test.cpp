@@ -178,5 +178,34 @@ TEST(GpMap, MapsOfOtherStructureAreNotMerged)
   }
 }
 
+// What scans gave a cell counts as one precision at most, with the same mean: certainty ends.
+TEST(GpMap, EvidenceCountsUpToItsLimitWithTheSameMean)
+{
+  GpStructure structure;
+  GpMap plain(structure);
+  structure.maxEvidence = 100;  // of five points, each known to 0.05
+  GpMap limited(structure);
+  const auto observe = [&](int times)
+  {
+    for (int i = 0; i < times; ++i)
+      for (GpMap* map : {&plain, &limited}) map->addObservation({0, 0, 0}, true, {});
+  };
+  observe(3);
+  EXPECT_EQ(limited.cell({0, 0, 0}, {})->prob, plain.cell({0, 0, 0}, {})->prob);
+  observe(597);
+  const double given = plain.cell({0, 0, 0}, {})->evidence[0] - 1;
+  const double mean = plain.cell({0, 0, 0}, {})->evidence[1] * (given + 1) / given;  // of the scans
+  EXPECT_GT(given, 1000);
+  EXPECT_NEAR(*limited.cell({0, 0, 0}, {})->variance, 1.0 / 101, 1e-9);
+  EXPECT_NEAR(limited.cell({0, 0, 0}, {})->prob, 1 / (1 + std::exp(-0.05 * mean * 100)), 1e-9);
+  EXPECT_GT(plain.cell({0, 0, 0}, {})->prob, 1 - 1e-9);
+  EXPECT_EQ(limited.cell({0, 0, 0}, {})->evidence, plain.cell({0, 0, 0}, {})->evidence);
+  // What is stored is all of it: maps with other limits, or none, merge.
+  EXPECT_TRUE(limited.evidence() == plain.evidence());
+  plain.merge(limited, {});
+  limited.merge(limited, {});
+  EXPECT_TRUE(limited.evidence() == plain.evidence());
+}
+
 }  // namespace
 }  // namespace lamap::test
