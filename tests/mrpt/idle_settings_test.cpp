@@ -59,7 +59,8 @@ std::vector<Idle> idleSettings<CGPMap>()
           {"insertOpts.freeDownsampling", "0.35", none},
           {"insertOpts.echoWeight", "0.5", kLines},
           {"insertOpts.noEchoWeight", "0.5", kLines},
-          {"insertOpts.varianceThreshold", "0.02", {{"creationOpts.fusion", "bayes"}}}};
+          {"insertOpts.varianceThreshold", "0.02", {{"creationOpts.fusion", "bayes"}}},
+          {"creationOpts.maxEvidence", "5", {{"creationOpts.fusion", "bayes"}}}};
 }
 
 std::vector<Idle> idleSettingsOfHilbertMaps(const Settings& descent)

@@ -74,6 +74,7 @@ const std::vector<Change>& changes()
       {"priorPrecision", "1"},
       {"training", "sgd"},
       {"outOfFieldLimit", "0"},
+      {"fieldLimit", "1"},
       {"keepModels", "false"},
 
       {"nested", "true"},

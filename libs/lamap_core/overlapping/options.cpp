@@ -16,6 +16,8 @@ const OptionTable& OverlappingStructure::optionTable()
     return addFeatureOptions(all)
         .add("outOfFieldLimit", &Self::outOfFieldLimit, plain().from(0).to(1e3),
              "limit of log-odds in cells outside the field of every scan; 0: no log-odds there")
+        .add("fieldLimit", &Self::fieldLimit, plain().from(0).to(1e3),
+             "limit of log-odds in cells in the field of scans, because their sum is overconfident; 0: none")
         .add("keepModels", &Self::keepModels, plain(),
              "keep models, for queries at points and for moving them; otherwise only cells are kept")
         .onlyWhere({"cutoff", "latticeSpacing"}, {{"features", {"compact"}}})
@@ -103,6 +105,7 @@ OverlappingOptions presetOptions(OverlappingPreset preset)
   options.structure.components = 100;
   options.structure.pruning = Pruning::None;
   options.structure.outOfFieldLimit = 0.0;
+  options.structure.fieldLimit = 0.0;
   OverlappingInference& inference = options.inference;
   inference.solver = HilbertSolver::SgdL1;
   inference.trainingPoints = HilbertPoints::Points;

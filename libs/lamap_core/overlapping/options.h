@@ -18,7 +18,10 @@ struct OverlappingStructure : public BlockOptions, public FeatureOptions
 {
   double outOfFieldLimit = 0.6;  ///< limit [log-odds] ≥ 0 in cells outside the field of every scan; 0:
                                  ///< models say nothing outside their field
-  bool keepModels = true;        ///< for queries at points and for moving models; else cells are all there is
+  /// Limit [log-odds] of what all models that had a cell in their field say together; 0: none. Their errors
+  /// are correlated: that many agree does not make them sure.
+  double fieldLimit = 6.0;
+  bool keepModels = true;  ///< for queries at points and for moving models; else cells are all there is
 
   /// The same with gamma filled in.
   [[nodiscard]] OverlappingStructure resolved() const;

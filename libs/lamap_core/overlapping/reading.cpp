@@ -19,10 +19,20 @@ CellEstimate OverlappingReading::read(const CellIndex& /*cell*/, const CellSums&
 {
   CellEstimate cell;
   const double logodds = logoddsOf(sums, structure_.outOfFieldLimit);
-  cell.prob = logistic(logodds);
+  const bool limited = sums.first != 0 && structure_.fieldLimit > 0;
+  cell.prob =
+      logistic(limited ? std::clamp(logodds, -structure_.fieldLimit, structure_.fieldLimit) : logodds);
   cell.state = stateOf(cell.prob, thresholds);
   cell.evidence = {logodds, sums.first != 0 ? 1.0 : 0.0};
   return cell;
+}
+
+void OverlappingReading::requireAddable(const OverlappingReading& other) const
+{
+  OverlappingStructure theirs = other.structure_;
+  theirs.pruning = structure_.pruning;
+  theirs.fieldLimit = structure_.fieldLimit;
+  requireSameOptions(theirs, structure_, "of the other map", "that of this map");
 }
 
 bool OverlappingReading::mean(const CellSums* cells, uint32_t count, CellSums& mean) const

@@ -6,11 +6,15 @@
 namespace lamap
 {
 /** How an overlapping Hilbert map reads the two sums of a cell: log-odds of the models that have it in their
- * field, and of those that speak of it from outside. A Reading as EvidenceMap wants it. */
+ * field, and of those that speak of it from outside. The probability knows log-odds in the field up to
+ * fieldLimit; `evidence` tells all of them. A Reading as EvidenceMap wants it. */
 class OverlappingReading : public ReadingOf<OverlappingStructure, SumKind::Signed>
 {
  public:
   using ReadingOf::ReadingOf;
+
+  /// The limit of log-odds in the field and pruning may differ.
+  void requireAddable(const OverlappingReading& other) const;
 
   [[nodiscard]] CellEstimate read(const CellIndex& cell, const CellSums& sums,
                                   const StateThresholds& thresholds) const;

@@ -26,6 +26,10 @@ struct OverlappingLearner : public LearnerTypes<COverlappingHilbertMap, Overlapp
   {
     return OverlappingHilbertMap(structure.resolved());
   }
+  static void setAsBefore(OverlappingStructure& creation, uint8_t version)
+  {
+    if (version < 4) creation.fieldLimit = 0;
+  }
   static void validate(const OverlappingInference& insertion, const OverlappingStructure& /*structure*/)
   {
     insertion.validate();

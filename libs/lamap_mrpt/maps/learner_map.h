@@ -34,6 +34,8 @@ struct LearnerTypes
   static constexpr uint8_t kFormatVersion = 3;  ///< of map files; older ones are read too, see file-format.md
 
   static Core make(const Creation& creation) { return Core(creation); }
+  /// Sets options that files of an older version may not hold to what their maps did.
+  static void setAsBefore(Creation& /*creation*/, uint8_t /*version*/) {}
   /// @throws std::invalid_argument naming the first illegal option, its value and what is legal
   static void validate(const Insertion& insertion, const Structure& structure)
   {

@@ -342,6 +342,7 @@ void LearnerMap<Learner>::serializeFrom(mrpt::serialization::CArchive& in, uint8
   {
     // Everything is read before anything changes.
     TCreationOptions creation;
+    Learner::setAsBefore(creation, version);
     creation.read(content);
     Core map(creation);
     Learner::read(map, content, version);

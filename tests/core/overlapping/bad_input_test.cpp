@@ -187,6 +187,7 @@ TEST(OverlappingOptions, IllegalOnesAreNamed)
   expectStructure("components", [](auto& s) { s.components = 0; });
   expectStructure("priorPrecision", [](auto& s) { s.priorPrecision = 0; });
   expectStructure("outOfFieldLimit", [](auto& s) { s.outOfFieldLimit = -1; });
+  expectStructure("fieldLimit", [](auto& s) { s.fieldLimit = -1; });
 
   const auto expectInference =
       [](const std::string& name, const std::function<void(OverlappingInference&)>& set)

@@ -4,6 +4,7 @@
 #include <lamap_core/overlapping/reading.h>
 
 #include <array>
+#include <cmath>
 
 namespace lamap::test
 {
@@ -27,6 +28,22 @@ TEST(LogoddsReading, WhatWasSeenCountsElseTheRestWithinItsLimit)
   EXPECT_DOUBLE_EQ(logoddsOf(sums.coded(), 0.6), -0.6);
   sums.first = 1 << 18;
   EXPECT_DOUBLE_EQ(logoddsOf(sums.coded(), 0.6), 0.25);
+}
+
+TEST(LogoddsReading, LogoddsInTheFieldMakeNobodySurerThanTheirLimit)
+{
+  OverlappingStructure structure;
+  structure.fieldLimit = 2;
+  structure.outOfFieldLimit = 3;
+  const OverlappingReading reading{structure};
+  const auto read = [&](const SignedSums& sums) { return reading.read({}, sums.coded(), {}); };
+  const SignedSums many{-(50 << 20), std::nullopt};
+  EXPECT_DOUBLE_EQ(read(many).prob, 1 / (1 + std::exp(2.0)));
+  EXPECT_DOUBLE_EQ(read(many).evidence[0], -50);
+  EXPECT_DOUBLE_EQ(read({1 << 20, std::nullopt}).prob, 1 / (1 + std::exp(-1.0)));
+  EXPECT_DOUBLE_EQ(read({std::nullopt, 50 << 20}).prob, 1 / (1 + std::exp(-3.0)));  // has a limit of its own
+  structure.fieldLimit = 0;
+  EXPECT_LT(OverlappingReading{structure}.read({}, many.coded(), {}).prob, 1e-20);
 }
 
 TEST(LogoddsReading, HasNoMeanOfCellsInsideAndOutsideOfAField)
