@@ -39,6 +39,7 @@ set(LAMAP_PUBLIC_HEADERS
   lamap_core/overlapping/model_index.h
   lamap_core/overlapping/model_scan.h
   lamap_core/overlapping/options.h
+  lamap_core/overlapping/pending_scans.h
   lamap_core/overlapping/reading.h
   lamap_core/scan/depth_view.h
   lamap_core/scan/ray_selection.h

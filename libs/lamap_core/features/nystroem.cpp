@@ -12,40 +12,156 @@ namespace lamap
 {
 namespace
 {
-/// In place: the lower triangle of a symmetric positive definite matrix becomes its Cholesky factor L.
-void cholesky(std::vector<double>& matrix, size_t n)
+/// Fewer inducing points are not worth more than a thread.
+constexpr size_t kWorthThreads = 512;
+
+/// Four sums of products by k modulo 4: an order that neither a processor nor the size of the cache decides.
+using FourSums = Eigen::Array4d;
+
+inline FourSums four(const double* from)
 {
-  for (size_t i = 0; i < n; ++i)
-  {
-    double* row = matrix.data() + i * n;
-    for (size_t j = 0; j <= i; ++j)
-    {
-      const double* other = matrix.data() + j * n;
-      std::array<double, 4> sums{};
-      for (size_t k = 0; k < j; ++k) sums[k % 4] += row[k] * other[k];
-      const double rest = row[j] - ((sums[0] + sums[1]) + (sums[2] + sums[3]));
-      row[j] = i == j ? std::sqrt(rest) : rest / other[j];
-    }
-  }
+  return Eigen::Map<const FourSums>(from);
 }
 
-/// The inverse of a lower triangle, by columns of the identity, row by row.
-std::vector<double> invertedLower(const std::vector<double>& lower, size_t n)
+/// Adds a[k]·b[k] for k from begin, a multiple of 4, to end.
+inline void addProducts(const double* a, const double* b, size_t begin, size_t end, FourSums& sums)
+{
+  FourSums own = sums;
+  size_t k = begin;
+  for (; k + 4 <= end; k += 4)
+  {
+    const FourSums products = four(a + k) * four(b + k);
+    own += products;
+  }
+  for (; k < end; ++k) own[static_cast<int>(k % 4)] += a[k] * b[k];
+  sums = own;
+}
+
+/// The same for two rows at once, so that the processor need not wait for each sum; to a multiple of 4.
+inline void addProducts(const double* a0, const double* a1, const double* b, size_t begin, size_t end,
+                        FourSums& sums0, FourSums& sums1)
+{
+  FourSums own0 = sums0;
+  FourSums own1 = sums1;
+  for (size_t k = begin; k < end; k += 4)
+  {
+    const FourSums factors = four(b + k);
+    const FourSums products0 = four(a0 + k) * factors;
+    const FourSums products1 = four(a1 + k) * factors;
+    own0 += products0;
+    own1 += products1;
+  }
+  sums0 = own0;
+  sums1 = own1;
+}
+
+/// The Cholesky factorization of the lower triangle of a matrix, some columns at a time; rows are dealt to
+/// threads.
+class Factorization
+{
+ public:
+  Factorization(std::vector<double>& matrix, size_t n) : matrix_(matrix), n_(n) {}
+
+  void run(const Workers& workers)
+  {
+    for (size_t first = 0; first < n_; first += kColumns)
+    {
+      finishRows(first, first, std::min(n_, first + kColumns));
+      const size_t below = std::min(n_, first + kColumns);
+      workers.forEach((n_ - below + kRows - 1) / kRows,
+                      [&](size_t part)
+                      {
+                        const size_t begin = below + part * kRows;
+                        finishRows(first, begin, std::min(n_, begin + kRows));
+                      });
+    }
+  }
+
+ private:
+  static constexpr size_t kColumns = 64;
+  static constexpr size_t kRows = 16;
+  static constexpr size_t kDepth = 512;  ///< so many numbers of each row stay in the cache
+
+  [[nodiscard]] double* rowOf(size_t i) { return matrix_.data() + i * n_; }
+
+  /// Of rows [begin, end) the columns [first, first + kColumns), as far as they are below the diagonal.
+  void finishRows(size_t first, size_t begin, size_t end)
+  {
+    const size_t last = std::min(n_, first + kColumns);
+    std::vector<FourSums> sums((end - begin) * kColumns, FourSums::Zero());
+    const auto sumOf = [&](size_t i, size_t j) -> FourSums&
+    { return sums[(i - begin) * kColumns + (j - first)]; };
+    for (size_t from = 0; from < first; from += kDepth)
+    {
+      const size_t to = std::min(first, from + kDepth);
+      for (size_t j = first; j < last; ++j)
+      {
+        const double* column = rowOf(j);
+        size_t i = std::max(begin, j);
+        for (; i + 2 <= end; i += 2)
+          addProducts(rowOf(i), rowOf(i + 1), column, from, to, sumOf(i, j), sumOf(i + 1, j));
+        if (i < end) addProducts(rowOf(i), column, from, to, sumOf(i, j));
+      }
+    }
+    for (size_t i = begin; i < end; ++i)
+      for (size_t j = first; j < std::min(last, i + 1); ++j)
+      {
+        FourSums& sum = sumOf(i, j);
+        addProducts(rowOf(i), rowOf(j), first, j, sum);
+        double& entry = rowOf(i)[j];
+        const double rest = entry - ((sum[0] + sum[1]) + (sum[2] + sum[3]));
+        entry = i == j ? std::sqrt(rest) : rest / rowOf(j)[j];
+      }
+  }
+
+  std::vector<double>& matrix_;
+  size_t n_;
+};
+
+/// The inverse of a lower triangle: of each column the rows from the top down; columns are dealt to threads.
+std::vector<double> invertedLower(const std::vector<double>& lower, size_t n, const Workers& workers)
 {
   std::vector<double> inverse(n * n, 0.0);
-  for (size_t i = 0; i < n; ++i)
+  constexpr size_t kColumns = 128;
+  constexpr size_t kRows = 32;
+  const auto invertColumns = [&](size_t first, size_t last)
   {
-    double* row = inverse.data() + i * n;
-    for (size_t k = 0; k < i; ++k)
+    // Takes off row i what rows [k, end) above it say, one after the other.
+    const auto take = [&](size_t i, size_t k, size_t end)
     {
-      const double factor = lower[i * n + k];
-      const double* above = inverse.data() + k * n;
-      for (size_t j = 0; j <= k; ++j) row[j] -= factor * above[j];
+      double* row = inverse.data() + i * n;
+      const double* factors = lower.data() + i * n;
+      for (; k + 4 <= end && k + 1 >= last; k += 4)
+      {
+        const double* above = inverse.data() + k * n;
+        for (size_t j = first; j < last; ++j)
+          row[j] = (((row[j] - factors[k] * above[j]) - factors[k + 1] * above[j + n]) -
+                    factors[k + 2] * above[j + 2 * n]) -
+                   factors[k + 3] * above[j + 3 * n];
+      }
+      for (; k < end; ++k)
+      {
+        const double* above = inverse.data() + k * n;
+        for (size_t j = first; j < std::min(k + 1, last); ++j) row[j] -= factors[k] * above[j];
+      }
+    };
+    for (size_t top = first; top < n; top += kRows)
+    {
+      const size_t bottom = std::min(n, top + kRows);
+      constexpr size_t kAbove = 32;
+      for (size_t k = first; k < top; k += kAbove)
+        for (size_t i = top; i < bottom; ++i) take(i, k, std::min(top, k + kAbove));
+      for (size_t i = top; i < bottom; ++i)
+      {
+        take(i, top, i);
+        double* row = inverse.data() + i * n;
+        if (i < last) row[i] = 1.0;
+        for (size_t j = first; j < std::min(i + 1, last); ++j) row[j] /= lower[i * n + i];
+      }
     }
-    const double diagonal = lower[i * n + i];
-    row[i] = 1.0;
-    for (size_t j = 0; j <= i; ++j) row[j] /= diagonal;
-  }
+  };
+  workers.forEach((n + kColumns - 1) / kColumns,
+                  [&](size_t part) { invertColumns(part * kColumns, std::min(n, (part + 1) * kColumns)); });
   return inverse;
 }
 
@@ -82,8 +198,9 @@ void NystroemFeatures::factorize()
     for (size_t j = 0; j <= i; ++j)
       matrix[i * m + j] =
           portableExp(-gamma_ * (inducing_[i] - inducing_[j]).squaredNorm()) + (i == j ? kJitter : 0.0);
-  cholesky(matrix, m);
-  inverse_ = invertedLower(matrix, m);
+  const Workers workers(m < kWorthThreads ? 1 : 0);
+  Factorization(matrix, m).run(workers);
+  inverse_ = invertedLower(matrix, m, workers);
   std::array<std::vector<float>, 3> fromFirst;
   for (int axis = 0; axis < 3; ++axis)
     for (const Eigen::Vector3d& point : inducing_)

@@ -54,8 +54,14 @@ CellEstimate GpReading::read(const CellIndex& /*cell*/, const CellSums& sums,
 
 SignedSums GpReading::sumsOf(const GpStructure& structure, double precision, double weighted)
 {
-  if (structure.fusion == GpFusion::Bayes)
-    return {std::nullopt, inEvidenceUnits(structure.squash() * weighted)};  // Eq. (2.25)
+  if (structure.fusion == GpFusion::Bayes)  // Eq. (2.25)
+  {
+    // As far from 0 as no probability tells: extreme options would reach what a sum can hold within a few
+    // scans.
+    constexpr double kMostLogodds = 1000;
+    const double logodds = std::clamp(structure.squash() * weighted, -kMostLogodds, kMostLogodds);
+    return {std::nullopt, inEvidenceUnits(logodds)};
+  }
   return {std::max<int64_t>(inEvidenceUnits(precision), 0), inEvidenceUnits(weighted)};
 }
 

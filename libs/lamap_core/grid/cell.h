@@ -40,6 +40,13 @@ struct CellEstimate
   std::array<double, 2> evidence{};
 };
 
+/// No cell of a map has an index beyond ±this: what evidence reaches from the last cells that points are
+/// found in, with room for neighbours.
+constexpr int32_t kLastCell = 2'145'000'000;
+
+/// The cell along an axis that holds a coordinate [cells], held to what cells can have; 0 for NaN.
+[[nodiscard]] int32_t heldCell(double coordinate);
+
 /// Centre of a cell [m].
 [[nodiscard]] Eigen::Vector3d cellCentre(const CellIndex& cell, double resolution_m);
 

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <lamap_core/grid/cell.h>
 #include <lamap_core/grid/octant_rule.h>
 
-#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -19,7 +19,7 @@ struct CellOptions
   [[nodiscard]] std::optional<int32_t> planarLayer() const
   {
     if (!planar) return std::nullopt;
-    return static_cast<int32_t>(std::floor(planarHeight / resolution));
+    return heldCell(planarHeight / resolution);
   }
 };
 

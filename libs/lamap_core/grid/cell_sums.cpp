@@ -1,5 +1,6 @@
 #include <lamap_core/grid/cell_sums.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -80,7 +81,8 @@ uint64_t meanCode(const CellSums* cells, uint32_t count, uint64_t CellSums::*cod
 int64_t inEvidenceUnits(double number)
 {
   constexpr double kUnitsPerOne = 1 << kEvidenceFractionBits;
-  return static_cast<int64_t>(std::floor(number * kUnitsPerOne + 0.5));
+  constexpr auto kMost = static_cast<double>(kMostSignedSum);
+  return static_cast<int64_t>(std::clamp(std::floor(number * kUnitsPerOne + 0.5), -kMost, kMost));
 }
 
 CellSums addSums(SumKind kind, const CellSums& to, const CellSums& added)

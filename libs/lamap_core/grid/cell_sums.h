@@ -61,7 +61,14 @@ struct SignedSums
   }
 };
 
-/// A number in units of 2^-20, rounded half up. @param number within ±2^41
+/// The largest number by which a cell holds a sum.
+[[nodiscard]] constexpr uint64_t mostCode(SumKind kind)
+{
+  constexpr uint64_t kMostCount = ~uint64_t{0} >> 1;
+  return kind == SumKind::Counts ? kMostCount : 2 * static_cast<uint64_t>(kMostSignedSum) + 1;
+}
+
+/// A number in units of 2^-20, rounded half up and held to ±kMostSignedSum. @param number not NaN
 [[nodiscard]] int64_t inEvidenceUnits(double number);
 
 /// Adds the sums of the second to those of the first. @throws std::overflow_error if one would pass its

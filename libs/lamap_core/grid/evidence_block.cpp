@@ -34,14 +34,14 @@ bool bitAt(const uint64_t* words, uint32_t offset)
 }
 
 /// Are all bits of [first, first + count) set? The run is an aligned octant.
-bool allSet(const std::vector<uint64_t>& words, uint32_t first, uint32_t count)
+bool allSet(const uint64_t* words, uint32_t first, uint32_t count)
 {
   if (count < 64)
   {
     const uint64_t run = ((uint64_t{1} << count) - 1) << (first & 63);
     return (words[first >> 6] & run) == run;
   }
-  return std::all_of(words.begin() + (first >> 6), words.begin() + ((first + count) >> 6),
+  return std::all_of(words + (first >> 6), words + ((first + count) >> 6),
                      [](uint64_t word) { return ~word == 0; });
 }
 
@@ -82,7 +82,7 @@ std::vector<HeldOctant> heldOctants(const BlockShape& shape, const DenseBlock& d
       const auto children = next;
       while (next != finer.end() && next->begin < begin + count) ++next;
       const bool mayBe =
-          finest ? allSet(dense.observed, begin, count)
+          finest ? allSet(dense.observed.data(), begin, count)
                  : static_cast<uint32_t>(next - children) == branching &&
                        std::all_of(children, next,
                                    [&](const HeldOctant& child) { return child.count == count / branching; });
@@ -360,7 +360,7 @@ size_t EvidenceBlock::observedCount(const BlockShape& shape) const
   return words_.empty() ? 0 : countBits(observedMask(), shape.maskWords());
 }
 
-EvidenceBlock EvidenceBlock::fromWords(const BlockShape& shape, bool wide, bool pruned,
+EvidenceBlock EvidenceBlock::fromWords(const BlockShape& shape, SumKind kind, bool wide, bool pruned,
                                        std::vector<uint64_t> words)
 {
   const auto refuse = [](const char* what)
@@ -387,21 +387,22 @@ EvidenceBlock EvidenceBlock::fromWords(const BlockShape& shape, bool wide, bool 
   uint64_t largest = 0;
   bool empty = false;
   bool octants = true;
-  uint32_t covered = 0;
+  uint32_t endOfLast = 0;
+  size_t covered = 0;
   block.visitLeaves(shape,
                     [&](uint32_t first, uint32_t count, const CellSums& sums)
                     {
                       largest = std::max({largest, sums.first, sums.second});
                       empty = empty || !sums.any();
-                      uint32_t octant = 1;
-                      while (octant < count) octant *= static_cast<uint32_t>(shape.branching());
-                      octants = octants && octant == count && first % count == 0;
+                      octants = octants && first >= endOfLast && allSet(block.observedMask(), first, count);
+                      endOfLast = first + count;
                       covered += count;
                     });
-  if (!octants || covered != block.observedCount(shape)) refuse("a leaf is no octant");
+  // Leaves that do not overlap, hold observed cells only, and as many as there are: exactly these.
+  if (!octants || covered != block.observedCount(shape)) refuse("its leaves are not its observed cells");
   if (empty) refuse("an observed cell has no evidence");
   if (wide != (largest > kNarrowMax)) refuse("the width of its counts does not fit their size");
-  if (largest >> 63) refuse("a count passes 2^63");
+  if (largest > mostCode(kind)) refuse("a sum of a cell is larger than any map holds");
   if (pruned && leafCount == block.observedCount(shape)) refuse("it is said to be pruned and is not");
   block.most_ = static_cast<uint32_t>(std::min(largest, kNarrowMax));
   return block;

@@ -160,8 +160,8 @@ class EvidenceBlock
 
   /// For files: the packed words as they are, and back. The same content gives the same words.
   [[nodiscard]] const std::vector<uint64_t>& words() const { return words_; }
-  /// @throws std::runtime_error if the words are not what pack() could have made.
-  static EvidenceBlock fromWords(const BlockShape& shape, bool wide, bool pruned,
+  /// @throws std::runtime_error if the words are not what pack() could have made of sums of this kind.
+  static EvidenceBlock fromWords(const BlockShape& shape, SumKind kind, bool wide, bool pruned,
                                  std::vector<uint64_t> words);
 
   /// Calls visit(first cell, number of cells, evidence) for each leaf, in order.

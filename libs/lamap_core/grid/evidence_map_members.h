@@ -6,7 +6,6 @@
 #include <lamap_core/grid/evidence_map.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -16,7 +15,7 @@ namespace lamap
 template <typename Reading>
 EvidenceMap<Reading>::EvidenceMap(const Structure& structure)
     : reading_(structure),
-      planarLayer_(static_cast<int32_t>(std::floor(structure.planarHeight / structure.resolution))),
+      planarLayer_(heldCell(structure.planarHeight / structure.resolution)),
       evidence_(BlockShape(structure.blockDepth - 1, structure.planar), Reading::kKind)
 {
 }

@@ -34,9 +34,8 @@ int32_t ScanBlocks::findOrAddHashed(const BlockIndex& block)
   return entry->second;
 }
 
-void ScanBlocks::requireRoom() const
+void ScanBlocks::refuse()
 {
-  if (blocks_.size() < kMaxBlocks) return;
   throw std::length_error(
       "a scan reaches more than " + std::to_string(kMaxBlocks) +
       " blocks with edges of 8 cells: its rays are too long for cells of this size; set maxRange, or a "

@@ -24,6 +24,8 @@ class ScanBlocks
 
   /// How many blocks one scan may touch: their masks and sums shall fit a machine's memory.
   static constexpr size_t kMaxBlocks = size_t{1} << 22;
+  /// @throws std::length_error that says that a scan touches more
+  [[noreturn]] static void refuse();
 
   /// @return the block's number, or −1.
   [[nodiscard]] int32_t find(const BlockIndex& block) const
@@ -68,7 +70,10 @@ class ScanBlocks
            static_cast<size_t>(block.x - low_.x);
   }
   int32_t findOrAddHashed(const BlockIndex& block);
-  void requireRoom() const;
+  void requireRoom() const
+  {
+    if (blocks_.size() >= kMaxBlocks) refuse();
+  }
 
   BlockIndex low_;
   BlockIndex high_;

@@ -1,5 +1,9 @@
 #include <lamap_core/hilbert/compact_model.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 namespace lamap
 {
 namespace
@@ -33,6 +37,12 @@ class SiteCursor
   HilbertLattice<SitePosterior>::Block* block_ = nullptr;
 };
 
+float boundedPrecision(float precision)
+{
+  constexpr float kMost = 1e30f;
+  return std::isnan(precision) ? kMost : std::clamp(precision, std::numeric_limits<float>::min(), kMost);
+}
+
 }  // namespace
 
 void CompactMapModel::learnWeights(HilbertTrainingSet& set, const HilbertFrame& frame,
@@ -55,6 +65,14 @@ void CompactMapModel::learnWeights(HilbertTrainingSet& set, const HilbertFrame& 
   keepPosterior(frame);
   sgdSteps_ = steps;
   growth.keep();
+}
+
+void CompactMapModel::requireRoomFor(const HilbertTrainingSet& set, const HilbertFrame& frame)
+{
+  MapModel::requireRoomFor(set, frame);
+  SiteSet& reached = work_->reached;
+  reached = work_->compact.sites();
+  reached.dilate(work_->compact.reach_sites(), structure_.planar);
 }
 
 /// The scan also speaks of features that are there already and that its points reach.
@@ -99,8 +117,8 @@ void CompactMapModel::keepPosterior(const HilbertFrame& frame)
   for (size_t j = 0; j < numbers.sites().size(); ++j)
   {
     SitePosterior& posterior = cursor.at(numbers.sites()[j]);
-    posterior.mean = work_->weights[numbers.used()[j]];
-    if (keepsPrecision()) posterior.precision = work_->curvature[numbers.used()[j]];
+    posterior.mean = boundedWeight(work_->weights[numbers.used()[j]]);
+    if (keepsPrecision()) posterior.precision = boundedPrecision(work_->curvature[numbers.used()[j]]);
   }
 }
 

@@ -28,6 +28,8 @@ class CompactMapModel final : public MapModel
   void learnWeights(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
                     const Workers& workers) override;
 
+  void requireRoomFor(const HilbertTrainingSet& set, const HilbertFrame& frame) override;
+
   [[nodiscard]] ReachedLogodds saidAt(const PointAtSite& point) const override;
   [[nodiscard]] ReachedLogodds saidAt(const PointAtSite& point,
                                       const Eigen::Matrix3d& covariance) const override;

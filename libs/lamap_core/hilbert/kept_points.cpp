@@ -130,6 +130,8 @@ void KeptPoints::restore(const HilbertState& state, const HilbertStructure& stru
         HilbertFrame::atCell(kept.cell, structure.resolution, structure.latticeSpacing, structure.planar)
             .has_value(),
         "a cell beyond what can be addressed");
+    HilbertState::require(!structure.planar || kept.cell.z == *structure.planarLayer(),
+                          "a cell beside the plane");
     HilbertState::require(cells_.emplace(kept.cell, Weights{kept.hits, kept.frees}).second, "a cell twice");
   }
   for (const HilbertState::Point& point : state.points)

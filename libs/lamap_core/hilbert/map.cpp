@@ -40,6 +40,7 @@ struct HilbertMap::Learned
       : model(other.model->clone()),
         seenCells(other.seenCells),
         kept(other.kept),
+        extent(other.extent),
         lastInference(other.lastInference),
         lastThreads(other.lastThreads),
         stale(other.stale.load())
@@ -47,12 +48,23 @@ struct HilbertMap::Learned
   }
   Learned& operator=(const Learned&) = delete;
 
-  /// Batch: keeps a set for the next training; if that fails, nothing is changed.
+  /// Batch: keeps a set for the next training, which then cannot fail for want of room; if this fails,
+  /// nothing is changed. @throws std::length_error if there is no room
   void keep(const HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
-            unsigned threads)
+            const HilbertStructure& structure, unsigned threads)
   {
     const bool atCentres = inference.trainingPoints == HilbertPoints::Cells && set.covariances.empty();
+    MapModel::Extent all = extent;
+    all.extend(model->extentOf(set, frame));
+    if (!model->isSurelyRoomFor(kept.size() + set.size(), all))
+    {
+      KeptPoints together = kept;
+      together.add(set, frame, atCentres);
+      const auto [jointFrame, jointSet] = together.trainingSet(structure);
+      model->requireRoomFor(jointSet, jointFrame);
+    }
     kept.add(set, frame, atCentres);
+    extent = all;
     lastInference = inference;
     lastThreads = threads;
     stale = true;
@@ -62,6 +74,7 @@ struct HilbertMap::Learned
   SeenCells seenCells;
   // Batch: what the next training is to learn, and how.
   KeptPoints kept;
+  MapModel::Extent extent;  ///< of these
   HilbertInference lastInference;
   unsigned lastThreads = 0;
   std::atomic<bool> stale{false};
@@ -137,7 +150,7 @@ RayCounts HilbertMap::insert(const Scan& scan, const HilbertInference& inference
   const bool countsScans = inference.rules().protectHits > 0;
   if (countsScans) learned_->seenCells.makeRoomFor(taught, anchor, isCertain);
   if (structure_.training == HilbertTraining::Batch)
-    learned_->keep(set, *frame, inference, threads);
+    learned_->keep(set, *frame, inference, structure_, threads);
   else
     learned_->model->learn(set, *frame, inference, Workers(threads));
   if (countsScans) learned_->seenCells.count(taught, anchor, isCertain);
@@ -357,6 +370,11 @@ void HilbertMap::restore(const HilbertState& state)
       "training points, though its training is not `batch`");
   learned->seenCells.restore(state, structure_);
   learned->kept.restore(state, structure_);
+  if (learned->kept.size() > 0)
+  {
+    const auto [frame, set] = learned->kept.trainingSet(structure_);
+    learned->extent = learned->model->extentOf(set, frame);
+  }
   learned_ = std::move(learned);
 }
 

@@ -3,6 +3,7 @@
 #include <lamap_core/hilbert/compact_model.h>
 #include <lamap_core/hilbert/nystroem_model.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace lamap
@@ -47,6 +48,39 @@ void MapModel::atRegular(const CellIndex& anchorSite, const RegularPoints& point
         const Eigen::Matrix3d covariance = widths_.covarianceAt(anchorSite, point.place);
         if (!covariance.isZero(0)) out[i] = saidAt(point, covariance);
       }
+}
+
+void MapModel::Extent::extend(const Extent& other)
+{
+  box_map.extend(other.box_map);
+  reach_m = std::max(reach_m, other.reach_m);
+}
+
+MapModel::Extent MapModel::extentOf(const HilbertTrainingSet& set, const HilbertFrame& frame) const
+{
+  Extent extent;
+  const Eigen::Vector3d corner = cornerOf(frame.anchorSite, frame.spacing_m);
+  for (const Eigen::Vector3d& point : set.points) extent.box_map.extend(corner + point);
+  extent.reach_m = kernel_.support_m();
+  for (const Eigen::Matrix3d& covariance : set.covariances)
+    extent.reach_m =
+        std::max(extent.reach_m, kernel_.reach_m(GaussianBlur(covariance, kernel_.gamma())).maxCoeff());
+  return extent;
+}
+
+bool MapModel::isSurelyRoomFor(size_t /*points*/, const Extent& extent) const
+{
+  const double block_m = kScanBlockEdge * structure_.latticeSpacing;
+  const auto along = [&](int axis)
+  { return (extent.box_map.sizes()[axis] + 2 * extent.reach_m) / block_m + 3; };
+  return along(0) * along(1) * (structure_.planar ? 1 : along(2)) <=
+         static_cast<double>(ScanBlocks::kMaxBlocks);
+}
+
+void MapModel::requireRoomFor(const HilbertTrainingSet& set, const HilbertFrame& frame)
+{
+  work_->compact.findSites(set, kernel_, structure_.latticeSpacing, structure_.planar,
+                           shiftOf(frame.anchorSite));
 }
 
 void MapModel::addSites(const SiteSet& sites, const HilbertFrame& frame, const SitePosterior& weight,
@@ -94,10 +128,11 @@ void MapModel::restore(const HilbertState& state)
     for (const uint64_t word : block.bits) count += static_cast<size_t>(__builtin_popcountll(word));
     HilbertState::require(count > 0 && count == block.weights.size(),
                           "a block does not have one weight for each of its sites");
+    const bool isPosterior = structure_.training == HilbertTraining::Incremental;
     for (const SitePosterior& weight : block.weights)
-      HilbertState::require(
-          std::isfinite(weight.mean) && weight.precision >= 0 && std::isfinite(weight.precision),
-          "a weight is not finite, or its precision negative");
+      HilbertState::require(isLegalWeight(weight.mean) && std::isfinite(weight.precision) &&
+                                (isPosterior ? weight.precision > 0 : weight.precision >= 0),
+                            "a weight is not finite or too large, or its precision not positive");
     lattice_.put(index, {{block.bits, {}}, block.weights});
   }
   sgdSteps_ = state.sgdSteps;

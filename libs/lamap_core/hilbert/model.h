@@ -11,6 +11,7 @@
 #include <lamap_core/scan/lattice_frame.h>
 #include <lamap_core/training/hilbert_training.h>
 
+#include <Eigen/Geometry>
 #include <memory>
 #include <vector>
 
@@ -41,6 +42,20 @@ class MapModel
    */
   void learn(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
              const Workers& workers);
+
+  /// Where all points of a set are, and how far the farthest of them reach [m].
+  struct Extent
+  {
+    Eigen::AlignedBox3d box_map;
+    double reach_m = 0;
+    void extend(const Extent& other);
+  };
+  [[nodiscard]] Extent extentOf(const HilbertTrainingSet& set, const HilbertFrame& frame) const;
+  /// Whether learn() finds room for any set of so many points in an extent; false where it would have to be
+  /// tried.
+  [[nodiscard]] virtual bool isSurelyRoomFor(size_t points, const Extent& extent) const;
+  /// @throws std::length_error as learn(), which it does not do
+  virtual void requireRoomFor(const HilbertTrainingSet& set, const HilbertFrame& frame);
 
   [[nodiscard]] ReachedLogodds at(const PointAtSite& point) const;
   /// Expected log-odds at an uncertain point. @param covariance [m²]

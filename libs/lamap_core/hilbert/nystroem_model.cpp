@@ -8,20 +8,42 @@
 
 namespace lamap
 {
+namespace
+{
+/// Of all training points together: they take 4 GB then.
+constexpr double kMostFeatures = 1e9;
+}  // namespace
+
 NystroemMapModel::NystroemMapModel(const HilbertStructure& structure)
     : MapModel(structure),
       reach_sites_(static_cast<int>(std::floor(kernel_.support_m() / structure.latticeSpacing + 0.5)))
 {
 }
 
+void NystroemMapModel::requireFewFeatures(size_t points) const
+{
+  if (static_cast<double>(points) * structure_.components > kMostFeatures)
+    throw std::length_error("components = " + std::to_string(structure_.components) + ": " +
+                            std::to_string(points) +
+                            " training points have more features than fit into memory");
+}
+
+bool NystroemMapModel::isSurelyRoomFor(size_t points, const Extent& extent) const
+{
+  return static_cast<double>(points) * structure_.components <= kMostFeatures &&
+         MapModel::isSurelyRoomFor(points, extent);
+}
+
+void NystroemMapModel::requireRoomFor(const HilbertTrainingSet& set, const HilbertFrame& frame)
+{
+  requireFewFeatures(set.size());
+  MapModel::requireRoomFor(set, frame);
+}
+
 void NystroemMapModel::learnWeights(HilbertTrainingSet& set, const HilbertFrame& frame,
                                     const HilbertInference& inference, const Workers& workers)
 {
-  constexpr double kMostFeatures = 1e9;
-  if (static_cast<double>(set.size()) * structure_.components > kMostFeatures)
-    throw std::length_error("components = " + std::to_string(structure_.components) + ": " +
-                            std::to_string(set.size()) +
-                            " training points have more features than fit into memory");
+  requireFewFeatures(set.size());
   work_->compact.findSites(set, kernel_, structure_.latticeSpacing, structure_.planar,
                            shiftOf(frame.anchorSite));
   Growth growth(lattice_, work_->compact.sites().blocks().size());
@@ -40,6 +62,7 @@ void NystroemMapModel::learnWeights(HilbertTrainingSet& set, const HilbertFrame&
   classifier.resize(features.weightCount(), 0.0f);
   const uint64_t steps =
       solve({rows, set.labels, set.weights, work_->mean, work_->precision}, inference, workers, classifier);
+  for (float& weight : classifier) weight = boundedWeight(weight);
   NystroemFeatures::Folded folded = features.fold(classifier);
   // Nothing fails from here on.
   if (first) features_ = *std::move(first);
@@ -156,12 +179,16 @@ void NystroemMapModel::restore(const HilbertState& state)
   HilbertState::require(classifier.size() == (inducing.empty() ? 0 : inducing.size() + 1),
                         "not one weight for each inducing point and one for the bias");
   HilbertState::require(inducing.size() <= structure_.components, "more inducing points than components");
-  HilbertState::require(
-      std::all_of(inducing.begin(), inducing.end(), [](const auto& p) { return p.allFinite(); }),
-      "an inducing point is not finite");
-  HilbertState::require(
-      std::all_of(classifier.begin(), classifier.end(), [](float w) { return std::isfinite(w); }),
-      "a weight is not finite");
+  const auto isPlace = [&](const Eigen::Vector3d& p)
+  {
+    return p.allFinite() &&
+           HilbertFrame::inMap(p, structure_.resolution, structure_.latticeSpacing, structure_.planarLayer())
+               .has_value();
+  };
+  HilbertState::require(std::all_of(inducing.begin(), inducing.end(), isPlace),
+                        "an inducing point is not finite, or beyond what can be addressed");
+  HilbertState::require(std::all_of(classifier.begin(), classifier.end(), isLegalWeight),
+                        "a weight is not finite, or too large");
   MapModel::restore(state);
   if (inducing.empty()) return;
   features_ = NystroemFeatures(inducing, kernel_.gamma());

@@ -24,6 +24,9 @@ class NystroemMapModel final : public MapModel
   void learnWeights(HilbertTrainingSet& set, const HilbertFrame& frame, const HilbertInference& inference,
                     const Workers& workers) override;
 
+  [[nodiscard]] bool isSurelyRoomFor(size_t points, const Extent& extent) const override;
+  void requireRoomFor(const HilbertTrainingSet& set, const HilbertFrame& frame) override;
+
   [[nodiscard]] ReachedLogodds saidAt(const PointAtSite& point) const override;
   [[nodiscard]] ReachedLogodds saidAt(const PointAtSite& point,
                                       const Eigen::Matrix3d& covariance) const override;
@@ -40,6 +43,8 @@ class NystroemMapModel final : public MapModel
   [[nodiscard]] bool reaches(const CellIndex& site) const;
   [[nodiscard]] bool reaches(const PointAtSite& point) const;
   [[nodiscard]] Eigen::Vector3d inMap(const PointAtSite& point) const;
+
+  void requireFewFeatures(size_t points) const;
 
   int reach_sites_;
   NystroemFeatures features_;

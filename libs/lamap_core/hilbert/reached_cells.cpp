@@ -21,8 +21,7 @@ std::pair<CellIndex, CellIndex> ReachedCells::cellsNear(const CellIndex& low, co
   const auto cell = [&](int32_t site, int end, double by)
   {
     const double place = (static_cast<double>(site) + end) * structure_.latticeSpacing + by;
-    constexpr double kLastCell = 2140000000.0;
-    return static_cast<int32_t>(std::clamp(std::floor(place / structure_.resolution), -kLastCell, kLastCell));
+    return heldCell(place / structure_.resolution);
   };
   const auto layer = structure_.planarLayer();
   return {{cell(low.x, 0, -reach), cell(low.y, 0, -reach), layer ? *layer : cell(low.z, 0, -reach)},

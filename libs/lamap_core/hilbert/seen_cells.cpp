@@ -184,6 +184,10 @@ void SeenCells::restore(const HilbertState& state, const HilbertStructure& struc
     HilbertState::require(last == nullptr || *last < block.index,
                           "blocks of seen cells are not in their order");
     last = &block.index;
+    constexpr int32_t kLastBlock = kLastCell / kScanBlockEdge;
+    const auto fits = [](int32_t i) { return i >= -kLastBlock && i < kLastBlock; };
+    HilbertState::require(fits(block.index.x) && fits(block.index.y) && fits(block.index.z),
+                          "a block of seen cells is out of range");
     size_t count = 0;
     bool allOfTheMap = true;
     SiteBits::forEach(block.bits, block.index,

@@ -79,12 +79,15 @@ RayCounts OverlappingHilbertMap::insert(const Scan& scan, const OverlappingInfer
   const RayCounts counts = moved.rays.counts;
   if (counts.used() == 0) return counts;
   const ModelPose poseBefore = pending_.pose;
+  if (moved.uncertainty) moved.uncertainty->validate();
   pending_.scans.push_back(std::move(moved));
   pending_.pose = frame;
-  if (pending_.scans.size() < inference.scansPerModel) return counts;
   try
   {
-    trainPending(inference, threads);
+    if (pending_.scans.size() < inference.scansPerModel)
+      requireTrainable(inference, workers_.with(threads));
+    else
+      trainPending(inference, threads);
   }
   catch (...)
   {
@@ -115,6 +118,30 @@ bool OverlappingHilbertMap::trainPending(const OverlappingInference& inference, 
   }
   pending_ = {};
   return true;
+}
+
+void OverlappingHilbertMap::requireTrainable(const OverlappingInference& inference, const Workers& workers)
+{
+  if (isSurelyTrainable(pending_, structure(), inference)) return;
+  // Whether there is room does not depend on how well the model is trained.
+  OverlappingInference quick = inference;
+  quick.solver = HilbertSolver::Lbfgs;
+  quick.iterations = 1;
+  const auto model = trainer_.get().train(pending_.scans, structure(), quick, workers);
+  if (model) fusion_.get(shape_, planarLayer()).choose(*model, pending_.pose, evidence().shape(), workers);
+}
+
+size_t OverlappingHilbertMap::dropUntrainable(const OverlappingInference& inference, unsigned threads)
+{
+  try
+  {
+    requireTrainable(inference, workers_.with(threads));
+    return 0;
+  }
+  catch (const std::length_error&)
+  {
+    return std::exchange(pending_, {}).scans.size();
+  }
 }
 
 Evidence OverlappingHilbertMap::inferModel(const HilbertModel& model, const ModelPose& pose,
@@ -286,25 +313,15 @@ void OverlappingHilbertMap::restoreEvidence(Evidence&& evidence, Evidence&& writ
 
 void OverlappingHilbertMap::restore(std::vector<PlacedModel> models, PendingScans pending)
 {
-  const auto checkPose = [&](const ModelPose& pose)
-  {
-    try
-    {
-      (void)ModelPose::of(pose.isometry(structure().resolution), structure().resolution, structure().planar);
-    }
-    catch (const std::invalid_argument& problem)
-    {
-      throw std::runtime_error(std::string("the map is corrupt: ") + problem.what());
-    }
-  };
   if (!structure().keepModels && !models.empty())
     throw std::runtime_error("the map is corrupt: it has models that it does not keep");
   for (const PlacedModel& placed : models)
   {
-    checkPose(placed.pose);
+    placed.pose.check(structure().resolution, structure().planar);
     placed.model->check(shape_);
   }
-  if (!pending.scans.empty()) checkPose(pending.pose);
+  if (!pending.scans.empty()) pending.pose.check(structure().resolution, structure().planar);
+  for (const ModelScan& scan : pending.scans) scan.check(shape_);
   auto index = std::make_shared<LazyIndex>();
   models_ = std::move(models);
   pending_ = std::move(pending);

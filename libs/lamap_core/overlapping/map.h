@@ -3,8 +3,8 @@
 #include <lamap_core/grid/evidence_map.h>
 #include <lamap_core/math/workers.h>
 #include <lamap_core/overlapping/model_index.h>
-#include <lamap_core/overlapping/model_scan.h>
 #include <lamap_core/overlapping/options.h>
+#include <lamap_core/overlapping/pending_scans.h>
 #include <lamap_core/overlapping/reading.h>
 #include <lamap_core/scan/ray_selection.h>
 #include <lamap_core/scan/scan.h>
@@ -20,13 +20,6 @@ namespace lamap
 class HilbertModelTrainer;
 class ModelFusion;
 extern template class EvidenceMap<OverlappingReading>;
-
-/// Scans that wait for others, to be trained together.
-struct PendingScans
-{
-  ModelPose pose;  ///< of the first of them, the frame of all
-  std::vector<ModelScan> scans;
-};
 
 /** Overlapping Hilbert map (thesis chapter 3): one classifier per scan, fused by log-odds (eq. 3.1, prior
  * 0.5).
@@ -57,13 +50,19 @@ class OverlappingHilbertMap : public EvidenceMap<OverlappingReading>
    * @param threads how many may work; 0: as many as the machine has. Never changes the result.
    * @return what became of its rays; nothing is changed if none was usable.
    * @throws std::invalid_argument as validate() of the options and of the uncertainty, and ModelPose::of();
-   * std::length_error if the scan has too many cells or points. Nothing is changed then: a scan that cannot
-   * be trained does not wait either. */
+   * std::length_error if the scan, together with those that wait, has too many cells or points. Nothing is
+   * changed then: a scan that cannot be trained does not wait either. */
   RayCounts insert(const Scan& scan, const OverlappingInference& inference,
                    const HilbertUncertainty* uncertainty = nullptr, unsigned threads = 0);
 
   /// Trains the scans that wait, now. @return whether there were any
   bool trainPending(const OverlappingInference& inference, unsigned threads = 0);
+
+  /** Forgets the scans that wait if they cannot be trained together, e.g. those of a file.
+   * @return how many were forgotten */
+  size_t dropUntrainable(const OverlappingInference& inference, unsigned threads = 0);
+  /// Forgets the scans that wait.
+  void dropPending() { pending_ = {}; }
 
   /** Adds all that another map holds, as if its scans had been inserted here after this map's own.
    * @throws std::invalid_argument if its structure (pruning apart) differs, or if it has scans that wait. */
@@ -131,6 +130,8 @@ class OverlappingHilbertMap : public EvidenceMap<OverlappingReading>
   void requireModels(const char* what) const;
   [[nodiscard]] const HilbertModelIndex& index() const;
   [[nodiscard]] CellSums sumsAt(const Eigen::Vector3d& point_m, const CellIndex& cell) const;
+  /// @throws std::length_error if the scans that wait cannot be trained together
+  void requireTrainable(const OverlappingInference& inference, const Workers& workers);
   /// @param wanted as in ModelFusion::infer()
   [[nodiscard]] Evidence inferModel(const HilbertModel& model, const ModelPose& pose,
                                     const std::vector<BlockIndex>* wanted, const Workers& workers);

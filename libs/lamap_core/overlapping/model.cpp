@@ -1,5 +1,6 @@
 #include <lamap_core/overlapping/model.h>
 
+#include <lamap_core/features/logodds.h>
 #include <lamap_core/grid/cell_sums.h>
 #include <lamap_core/math/portable_math.h>
 #include <lamap_core/scan/scan_frame.h>
@@ -79,6 +80,17 @@ ModelPose ModelPose::of(const Eigen::Isometry3d& pose, double resolution_m, bool
   return result;
 }
 
+void ModelPose::check(double resolution_m, bool planar) const
+{
+  const auto refuse = [](const char* fault)
+  { throw std::runtime_error(std::string("the map is corrupt: the pose of a model ") + fault); };
+  if (const char* fault = faultOf(isometry(resolution_m), resolution_m, planar)) refuse(fault);
+  if (!(offset_m.cwiseAbs().maxCoeff() <= 2 * resolution_m)) refuse("is far from its anchor");
+  const bool isUpright =
+      rotation(0, 2) == 0 && rotation(1, 2) == 0 && rotation(2, 0) == 0 && rotation(2, 1) == 0;
+  if (planar && !isUpright) refuse("is tilted, though the map is planar");
+}
+
 Eigen::Isometry3d ModelPose::isometry(double resolution_m) const
 {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -121,6 +133,14 @@ ModelShape::ModelShape(const OverlappingStructure& structure)
       sum(compact() ? std::make_optional<CompactSum>(structure.kernel(), spacing_m, planar) : std::nullopt),
       speaksOutOfField(structure.outOfFieldLimit > 0)
 {
+}
+
+bool ModelShape::holds(const Eigen::Vector3d& p) const
+{
+  // A box is a little larger than its points.
+  const double reach_m = (ScanFrame::kReach_cells + 2) * resolution_m;
+  const auto isNear = [&](double coordinate) { return std::abs(coordinate) <= reach_m; };
+  return p.allFinite() && isNear(p.x()) && isNear(p.y()) && (planar || isNear(p.z()));
 }
 
 DepthView::Seen HilbertModel::seen(const std::array<Eigen::Vector3d, 4>& places) const
@@ -214,8 +234,17 @@ void HilbertModel::check(const ModelShape& shape) const
   {
     if (!condition) throw std::runtime_error(std::string("a model of the map is corrupt: ") + what);
   };
-  const auto finite = [](const std::vector<float>& weights)
-  { return std::all_of(weights.begin(), weights.end(), [](float w) { return std::isfinite(w); }); };
+  const auto legal = [](const std::vector<float>& weights)
+  { return std::all_of(weights.begin(), weights.end(), [](float w) { return isLegalWeight(w); }); };
+  const auto held = [&](const auto& p) { return shape.holds(p.template cast<double>()); };
+  const auto isSiteBlock = [&](const BlockIndex& block)
+  {
+    // The nearest of its sites to the origin.
+    const auto nearest = [&](int32_t i)
+    { return std::max(0.0, std::abs(static_cast<double>(i)) - 1) * kScanBlockEdge * shape.spacing_m; };
+    return held(Eigen::Vector3d(nearest(block.x), nearest(block.y), nearest(block.z))) &&
+           (!shape.planar || block.z == 0);
+  };
   require(sites.bits.size() == sites.blocks.size(), "not every block of its sites has a mask");
   require(std::adjacent_find(sites.blocks.begin(), sites.blocks.end(),
                              [](const BlockIndex& a, const BlockIndex& b)
@@ -227,18 +256,23 @@ void HilbertModel::check(const ModelShape& shape) const
   require(sites.weights.size() == count, "not every site has one weight");
   require(sites.firstWeights.size() == sites.blocks.size(), "its sites are not numbered");
   require(kernelWeights.size() == inducing.size(), "not every inducing point has one weight");
-  require(finite(sites.weights) && finite(kernelWeights) && std::isfinite(bias), "a weight is not finite");
+  require(legal(sites.weights) && legal(kernelWeights) && isLegalWeight(bias),
+          "a weight is not finite, or too large");
+  require(std::all_of(sites.blocks.begin(), sites.blocks.end(), isSiteBlock), "a site is out of its reach");
   require(std::none_of(sites.weights.begin(), sites.weights.end(),
                        [](float w) { return std::abs(w) < kSmallestWeight; }),
           "a site's weight is 0");
-  require(std::all_of(inducing.begin(), inducing.end(), [](const auto& p) { return p.allFinite(); }),
-          "an inducing point is not finite");
+  require(std::all_of(inducing.begin(), inducing.end(), held),
+          "an inducing point is not finite, or out of its reach");
   require(shape.compact() ? inducing.empty() && bias == 0 : sites.blocks.empty(),
           "its features are not the map's");
-  require(boxLow.allFinite() && boxHigh.allFinite() && (boxLow.array() <= boxHigh.array()).all(),
-          "its box is not finite, or has its corners swapped");
-  require(std::all_of(hits.begin(), hits.end(), [](const auto& p) { return p.allFinite(); }),
-          "a hit is not finite");
+  require(held(boxLow) && held(boxHigh) && (boxLow.array() <= boxHigh.array()).all(),
+          "its box is not finite, out of its reach, or has its corners swapped");
+  require(std::all_of(hits.begin(), hits.end(), held), "a hit is not finite, or out of its reach");
+  require(std::all_of(views.begin(), views.end(),
+                      [&](const DepthView& view)
+                      { return held(view.image().sensor) && view.image().planar == shape.planar; }),
+          "a view is not of this map, or its sensor out of reach");
   require(fieldWeight >= 1e-3 && fieldWeight <= 1e3, "the weight of its field is not legal");
   require(scans >= 1, "it was trained on no scan");
 }

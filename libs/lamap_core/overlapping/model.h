@@ -28,6 +28,8 @@ struct ModelPose
   /** @param pose of the model's frame in the map [m]
    *  @throws std::invalid_argument unless the pose is finite, its rotation is one and cells can address it */
   static ModelPose of(const Eigen::Isometry3d& pose, double resolution_m, bool planar);
+  /// @throws std::runtime_error if it is none that of() could have made, e.g. one from a file.
+  void check(double resolution_m, bool planar) const;
   [[nodiscard]] Eigen::Isometry3d isometry(double resolution_m) const;
 
   /// @param fromAnchor_m position [m] from the anchor's lowest corner. @return [m] in the model's frame
@@ -61,6 +63,8 @@ struct ModelShape
   [[nodiscard]] bool compact() const { return features == HilbertFeatures::Compact; }
   /// Height of all positions in the models of a planar map [m].
   [[nodiscard]] double flatHeight() const { return 0.5 * spacing_m; }
+  /// Whether a position [m] is one that a model may have in its frame.
+  [[nodiscard]] bool holds(const Eigen::Vector3d& p) const;
 };
 
 /** One classifier, trained on one scan (or several together), in a frame of its own: P(occupied) by log-odds
@@ -125,7 +129,8 @@ struct HilbertModel
   [[nodiscard]] size_t kernelCount() const { return sites.weights.size() + kernelWeights.size(); }
   [[nodiscard]] size_t memoryBytes() const;
 
-  /// @throws std::runtime_error if it is no model that training could have left, e.g. one from a file.
+  /// @throws std::runtime_error if it is no model that training could have left, e.g. one from a file. Where
+  /// it is let in, no index that follows from it overflows.
   void check(const ModelShape& shape) const;
 
   friend bool operator==(const HilbertModel& a, const HilbertModel& b);

@@ -19,10 +19,23 @@ namespace
 using Four = Eigen::Array4f;
 constexpr int kEdge = kScanBlockEdge;
 
-bool fewEnough(const BlockIndex& low, const BlockIndex& high)
+double tilesIn(const BlockIndex& low, const BlockIndex& high)
 {
   const auto along = [](int32_t from, int32_t to) { return static_cast<double>(to) - from + 1; };
-  return along(low.x, high.x) * along(low.y, high.y) * along(low.z, high.z) <= ScanBlocks::kMaxBlocks;
+  return along(low.x, high.x) * along(low.y, high.y) * along(low.z, high.z);
+}
+
+bool fewEnough(const BlockIndex& low, const BlockIndex& high)
+{
+  return tilesIn(low, high) <= ScanBlocks::kMaxBlocks;
+}
+
+/// The tile of a coordinate [cells] along an axis, held to some tiles; by default, to those that cells are
+/// in.
+int32_t tileAt(int32_t anchor, double cell, int32_t low = -(1 << 28), int32_t high = (1 << 28) - 1)
+{
+  const double tile = std::floor((cell + anchor) / kEdge);
+  return static_cast<int32_t>(std::clamp(tile, static_cast<double>(low), static_cast<double>(high)));
 }
 
 }  // namespace
@@ -169,6 +182,7 @@ void ModelFusion::choose(const HilbertModel& model, const ModelPose& pose, const
   model_ = &model;
   pose_ = pose;
   findWindow();
+  requireFewTiles();
   listSources();
   constexpr size_t kAtOnce = 256;
   workers.forEach((sources_.size() + kAtOnce - 1) / kAtOnce,
@@ -196,8 +210,6 @@ void ModelFusion::findWindow()
     low = low.cwiseMin(at);
     high = high.cwiseMax(at);
   }
-  const auto tileAt = [](int32_t anchor, double cell)
-  { return (static_cast<int32_t>(cell) + anchor) >> kScanBlockLog2Edge; };
   const CellIndex& anchor = pose_.anchor;
   low_ = {tileAt(anchor.x, std::floor(low.x()) - 1), tileAt(anchor.y, std::floor(low.y()) - 1),
           shape_.planar ? layer_ : tileAt(anchor.z, std::floor(low.z()) - 1)};
@@ -205,15 +217,23 @@ void ModelFusion::findWindow()
            shape_.planar ? layer_ : tileAt(anchor.z, std::ceil(high.z()) + 1)};
 }
 
+/// A bias is said everywhere in the box.
+void ModelFusion::requireFewTiles() const
+{
+  if (!shape_.compact() && !fewEnough(low_, high_))
+    throw std::length_error(
+        "the box of a scan's training points has more than 4 million blocks with edges of 8 cells: set "
+        "maxRange, boxQuantile or a larger resolution");
+}
+
 void ModelFusion::listSources()
 {
   const double reach = shape_.support_m / shape_.resolution_m;
-  const auto tileAt = [](int32_t anchor, double cell)
-  { return (static_cast<int32_t>(cell) + anchor) >> kScanBlockLog2Edge; };
   const CellIndex& anchor = pose_.anchor;
   sources_.clear();
   sources_.reserve(model_->kernelCount());
   size_t factors = 0;
+  double pairs = 0;  // of a kernel and a tile
   model_->forEachKernel(
       shape_,
       [&](const Eigen::Vector3d& centre, float weight)
@@ -223,19 +243,26 @@ void ModelFusion::listSources()
         // Cells whose centres lie within the reach.
         const auto first = [&](int axis) { return std::ceil(c[axis] - reach - 0.5); };
         const auto last = [&](int axis) { return std::floor(c[axis] + reach - 0.5); };
-        source.firstTile.x = std::max(low_.x, tileAt(anchor.x, first(0)));
-        source.firstTile.y = std::max(low_.y, tileAt(anchor.y, first(1)));
-        source.lastTile.x = std::min(high_.x, tileAt(anchor.x, last(0)));
-        source.lastTile.y = std::min(high_.y, tileAt(anchor.y, last(1)));
+        // One tile more than there are, where all that is reached lies beside the window.
+        source.firstTile.x = tileAt(anchor.x, first(0), low_.x, high_.x + 1);
+        source.firstTile.y = tileAt(anchor.y, first(1), low_.y, high_.y + 1);
+        source.lastTile.x = tileAt(anchor.x, last(0), low_.x - 1, high_.x);
+        source.lastTile.y = tileAt(anchor.y, last(1), low_.y - 1, high_.y);
         if (!shape_.planar)
         {
-          source.firstTile.z = std::max(low_.z, tileAt(anchor.z, first(2)));
-          source.lastTile.z = std::min(high_.z, tileAt(anchor.z, last(2)));
+          source.firstTile.z = tileAt(anchor.z, first(2), low_.z, high_.z + 1);
+          source.lastTile.z = tileAt(anchor.z, last(2), low_.z - 1, high_.z);
         }
         const std::array<int32_t, 3> tiles{source.lastTile.x - source.firstTile.x + 1,
                                            source.lastTile.y - source.firstTile.y + 1,
                                            source.lastTile.z - source.firstTile.z + 1};
         if (*std::min_element(tiles.begin(), tiles.end()) <= 0) return;
+        pairs += tilesIn(source.firstTile, source.lastTile);
+        if (pairs > kMostPairs)
+          throw std::length_error(
+              "the kernels of a scan's model reach more than 2^29 blocks with edges of 8 cells, each counted "
+              "for "
+              "every kernel: set maxRange, fewer components, or a larger gamma or resolution");
         for (size_t axis = 0; axis < 3; ++axis)
         {
           source.factors[axis] = factors;
@@ -277,11 +304,6 @@ void ModelFusion::findFactors(Source& source)
 void ModelFusion::listTiles()
 {
   tiles_.reset(low_, high_);
-  // A bias is said everywhere in the box.
-  if (!shape_.compact() && !fewEnough(low_, high_))
-    throw std::length_error(
-        "the box of a scan's training points has more than 4 million blocks with edges of 8 cells: set "
-        "maxRange, boxQuantile or a larger resolution");
   if (!shape_.compact())
     forEachBlock(low_, high_, [&](const BlockIndex& tile) { (void)tiles_.findOrAdd(tile); });
   // Counted, then sorted into each tile's part, in the order of the sources.

@@ -20,11 +20,14 @@ namespace lamap
 class ModelFusion
 {
  public:
+  /// Of a kernel and a tile that it reaches: their list takes 2 GiB then.
+  static constexpr double kMostPairs = 0x1p29;
+
   /// @param layer of the cells of a planar map
   ModelFusion(const ModelShape& shape, int32_t layer) : shape_(shape), layer_(layer) {}
 
   /** Chooses the model that blocks() and infer() speak of; it must outlive them.
-   * @throws std::length_error if the model's box has too many cells */
+   * @throws std::length_error if the model's box has too many cells, or its kernels reach too many */
   void choose(const HilbertModel& model, const ModelPose& pose, const BlockShape& blockShape,
               const Workers& workers);
 
@@ -59,6 +62,7 @@ class ModelFusion
   struct Worker;
 
   void findWindow();
+  void requireFewTiles() const;
   void listSources();
   void findFactors(Source& source);
   void listTiles();

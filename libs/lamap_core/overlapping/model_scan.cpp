@@ -2,6 +2,10 @@
 
 #include <lamap_core/scan/scan_frame.h>
 
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
 namespace lamap
 {
 namespace
@@ -70,6 +74,23 @@ class SensorInModel
 };
 
 /// Puts fans into a model's frame.
+/// Half of what a frame of cells can hold, so that nothing on the way meets its end.
+bool isNear(const Eigen::Vector3d& p, const ModelShape& shape)
+{
+  return p.cwiseAbs().maxCoeff() < 0.5 * ScanFrame::kReach_cells * shape.resolution_m;
+}
+
+bool isPoint(const Eigen::Vector3d& ray, const ModelShape& shape)
+{
+  return ray.x() == 0 && ray.y() == 0 && (shape.planar || ray.z() == 0);
+}
+
+/// Where the free space of a ray ends, or its hit is.
+Eigen::Vector3d endOf(const RayFan& fan, const Ray& ray)
+{
+  return ray.meaning == RayEnd::Return ? ray.end : Eigen::Vector3d(fan.centre + ray.end);
+}
+
 class FanMover
 {
  public:
@@ -107,17 +128,11 @@ class FanMover
   bool isUsable(const Eigen::Vector3d& centre, const Eigen::Vector3d& end, const Eigen::Vector3d& ray,
                 size_t& used)
   {
-    const bool isPoint = ray.x() == 0 && ray.y() == 0 && (shape_.planar || ray.z() == 0);
-    const bool isOutside = !isNear(centre) || !isNear(end);
-    if (!isPoint && !isOutside) return true;
+    const bool isOutside = !isNear(centre, shape_) || !isNear(end, shape_);
+    if (!isPoint(ray, shape_) && !isOutside) return true;
     --used;
     ++(isOutside ? counts_.outside : counts_.tooNear);
     return false;
-  }
-  /// Half of what a frame of cells can hold, so that nothing on the way meets its end.
-  [[nodiscard]] bool isNear(const Eigen::Vector3d& p) const
-  {
-    return p.cwiseAbs().maxCoeff() < 0.5 * ScanFrame::kReach_cells * shape_.resolution_m;
   }
 
   const SensorInModel& sensor_;
@@ -141,6 +156,36 @@ HilbertUncertainty inModel(const HilbertUncertainty& uncertainty, const Scan& sc
 }
 
 }  // namespace
+
+void ModelScan::check(const ModelShape& shape) const
+{
+  const auto require = [](bool condition, const char* what)
+  {
+    if (!condition) throw std::runtime_error(std::string("a waiting scan of the map is corrupt: ") + what);
+  };
+  for (const RayFan& fan : rays.scan.fans)
+  {
+    require(isLegalBeam(fan.beam), "its beam has no legal width");
+    require(fan.statedRangeMax_m >= 0 && std::isfinite(fan.statedRangeMax_m), "its range is not legal");
+    // The centre of a fan without rays may be anywhere.
+    if (fan.rays.empty()) continue;
+    require(fan.centre.allFinite() && isNear(fan.centre, shape), "its sensor is out of reach");
+    for (const Ray& ray : fan.rays)
+    {
+      require(ray.end.allFinite() && isNear(endOf(fan, ray), shape), "a ray is not finite, or out of reach");
+      require(!isPoint(fan.directionOf(ray), shape), "a ray has no length");
+    }
+  }
+  if (!uncertainty) return;
+  try
+  {
+    uncertainty->validate();
+  }
+  catch (const std::invalid_argument& error)
+  {
+    require(false, error.what());
+  }
+}
 
 bool operator==(const ModelScan& a, const ModelScan& b)
 {

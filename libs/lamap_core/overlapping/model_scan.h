@@ -17,6 +17,9 @@ struct ModelScan
   /// How sure the places of its points are, in the model's frame; empty: certain.
   std::optional<HilbertUncertainty> uncertainty;
 
+  /// @throws std::runtime_error if scanInModel() could not have made it, e.g. one from a file.
+  void check(const ModelShape& shape) const;
+
   friend bool operator==(const ModelScan& a, const ModelScan& b);
 };
 

@@ -1,3 +1,4 @@
+#include <lamap_core/features/logodds.h>
 #include <lamap_core/overlapping/model_trainer.h>
 #include <lamap_core/training/ray_widths.h>
 
@@ -73,13 +74,6 @@ void setBox(const HilbertTrainingSet& set, double quantile, double resolution_m,
     std::nth_element(low, high, along.end());
     model.boxHigh[axis] = *high + margin_m;
   }
-}
-
-/// Finite, so that the sum of any of them is.
-float bounded(float weight)
-{
-  constexpr float kLargestWeight = 1e6f;
-  return std::isnan(weight) ? 0.0f : std::clamp(weight, -kLargestWeight, kLargestWeight);
 }
 
 float notZero(float weight)
@@ -164,7 +158,7 @@ void HilbertModelTrainer::trainCompact(const HilbertTrainingSet& set, const Mode
         [&](const CellIndex& site)
         {
           const int64_t weight = compact_.numbers().numberOf(site);
-          model.sites.weights.push_back(notZero(bounded(weights_[static_cast<size_t>(weight)])));
+          model.sites.weights.push_back(notZero(boundedWeight(weights_[static_cast<size_t>(weight)])));
         });
   }
   model.sites.number();
@@ -181,8 +175,8 @@ void HilbertModelTrainer::trainNystroem(const HilbertTrainingSet& set, const Ove
   const NystroemFeatures::Folded folded = features.fold(weights_);
   model.inducing = features.inducing();
   model.kernelWeights.reserve(folded.kernelWeights.size());
-  for (const float weight : folded.kernelWeights) model.kernelWeights.push_back(bounded(weight));
-  model.bias = bounded(folded.bias);
+  for (const float weight : folded.kernelWeights) model.kernelWeights.push_back(boundedWeight(weight));
+  model.bias = boundedWeight(folded.bias);
 }
 
 }  // namespace lamap

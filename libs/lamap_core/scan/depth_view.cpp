@@ -237,7 +237,10 @@ DepthView DepthView::fromImage(Image image)
   const FieldRules& rules = image.rules;
   if (!image.sensor.allFinite()) refuse("its sensor is nowhere");
   if (!(image.rangeMax_m > 0)) refuse("its range is not positive");
-  if (!(rules.near_m >= 0) || !(rules.depth_m >= 0) || !(rules.angle_deg >= 0.1 && rules.angle_deg <= 90))
+  constexpr double kMost_m = 1e6;
+  const auto isLength = [](double length_m) { return length_m >= 0 && length_m <= kMost_m; };
+  if (!isLength(rules.near_m) || !isLength(rules.depth_m) ||
+      !(rules.angle_deg >= 0.1 && rules.angle_deg <= 90))
     refuse("its rules are not legal");
   DepthView view;
   view.image_ = std::move(image);

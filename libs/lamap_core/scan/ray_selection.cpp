@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 
 namespace lamap
 {
@@ -179,6 +180,9 @@ SelectedRays selectRays(const Scan& scan, const RangeOptions& limits)
   uint32_t untilNext = 0;
   for (const RayFan& fan : scan.fans)
   {
+    if (!isLegalBeam(fan.beam))
+      throw std::invalid_argument(
+          "the beam of a scan has an angle, a deviation or an axis that is not legal");
     FanSelector selector(fan, limits, rays.counts);
     selector.selected.rays.reserve(fan.rays.size() / limits.rayDecimation + 1);
     const bool isFinite = hasPose && fan.centre.allFinite();

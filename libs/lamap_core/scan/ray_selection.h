@@ -68,7 +68,7 @@ struct SelectedRays
  * that is free up to there and has no hit. A ray without a return is free up to there too, but not beyond the
  * returns that bound it, see OpenSpace.
  * @throws std::invalid_argument naming the first illegal option, its value and the legal range; or if the
- * scan's pose is no rigid motion */
+ * scan's pose is no rigid motion, or the beam of a fan not legal */
 [[nodiscard]] SelectedRays selectRays(const Scan& scan, const RangeOptions& limits);
 
 }  // namespace lamap

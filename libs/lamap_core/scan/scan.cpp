@@ -15,6 +15,14 @@ Eigen::Vector3d Scan::turnedToMap(const Eigen::Vector3d& vector) const
   return sensorPose_map.linear() * vector;
 }
 
+bool isLegalBeam(const Beam& beam)
+{
+  constexpr double kMost = 1e6;
+  const auto isLegal = [](double number) { return number >= 0 && number <= kMost; };
+  return isLegal(beam.halfWidth_rad) && isLegal(beam.halfHeight_rad) && isLegal(beam.rangeStd_m) &&
+         (beam.up.array().abs() <= kMost).all();
+}
+
 void Scan::requireRigidPose() const
 {
   if (sensorPose_map.matrix().allFinite() && !isRotation(sensorPose_map.linear()))

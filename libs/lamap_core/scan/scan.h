@@ -49,6 +49,9 @@ struct Beam
   }
 };
 
+/// Whether a beam's angles and its deviation are finite and not negative, and its axis is one.
+[[nodiscard]] bool isLegalBeam(const Beam& beam);
+
 /// All rays of one observation that leave the same optical centre, in the order in which the sensor gives
 /// them.
 struct RayFan

@@ -15,8 +15,9 @@ void requireCovariance(const Matrix& covariance, const char* name)
   const double rounding = 1e-12 * covariance.diagonal().maxCoeff();
   for (int row = 0; row < covariance.rows(); ++row)
   {
-    requireLegal(covariance(row, row) >= 0 && std::isfinite(covariance(row, row)), name, covariance(row, row),
-                 "a covariance: finite, with variances >= 0");
+    constexpr double kMost = 1e24;  // of a place anywhere on a map
+    requireLegal(covariance(row, row) >= 0 && covariance(row, row) <= kMost, name, covariance(row, row),
+                 "a covariance: finite, with variances from 0 to 1e24");
     for (int column = 0; column < row; ++column)
     {
       const double one = covariance(row, column);

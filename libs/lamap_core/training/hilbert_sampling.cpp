@@ -42,9 +42,14 @@ void HilbertUncertainty::validate() const
 {
   requireCovariance(pose, "covariance of the pose");
   requireCovariance(point, "covariance of a point");
-  requireLegal(centre.allFinite(), "centre of rotation", centre.sum(), "finite");
-  requireLegal(rangeStd_m >= 0 && std::isfinite(rangeStd_m), "standard deviation of ranges", rangeStd_m,
-               "a finite length >= 0");
+  // Beyond these, the covariance of a point would not be finite.
+  constexpr double kMostCoordinate_m = 1e13;
+  constexpr double kMostStd_m = 1e6;
+  const double farthest_m = centre.allFinite() ? centre.cwiseAbs().maxCoeff() : centre.sum();
+  requireLegal(farthest_m <= kMostCoordinate_m, "centre of rotation", farthest_m,
+               "within 1e13 m of the origin");
+  requireLegal(rangeStd_m >= 0 && rangeStd_m <= kMostStd_m, "standard deviation of ranges", rangeStd_m,
+               "from 0 to 1e6 m");
 }
 
 Eigen::Matrix3d HilbertUncertainty::of(const Eigen::Vector3d& place, const Eigen::Vector3d& sensor) const

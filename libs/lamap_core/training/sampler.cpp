@@ -5,6 +5,7 @@
 #include <lamap_core/training/sampler.h>
 
 #include <tbb/parallel_for.h>
+#include <tsl/robin_set.h>
 
 #include <algorithm>
 #include <cmath>
@@ -373,6 +374,7 @@ struct Sampler::Workspace
   void groupEnds(const RulesInCells& rules, const CellIndex& anchor, Visit&& visit);
   void markHits(const SamplingRules& rules, const RulesInCells& inCells);
   void markCaps(const RulesInCells& inCells);
+  void requireFewBlocks(const RulesInCells& rules) const;
   void markFreeCells(const RulesInCells& rules, unsigned threads);
   void collectSurfaces(const Scan& scan, const RayFan& fan, const ScanFrame& frame);
   void keepSurfaces();
@@ -577,6 +579,40 @@ void Sampler::Workspace::markCaps(const RulesInCells& inCells)
   }
 }
 
+/** Refuses a scan whose rays are too long for its cells before masks of its blocks are made, which would take
+ * gigabytes by then. Counts blocks that free samples are in: of every 64th ray, then of the next ones, and so
+ * on, until there are too many, or not as many new ones as could become too many. */
+void Sampler::Workspace::requireFewBlocks(const RulesInCells& rules) const
+{
+  constexpr auto kMost = static_cast<double>(ScanBlocks::kMaxBlocks);
+  const BlockIndex& low = set.blocks.low();
+  const BlockIndex& high = set.blocks.high();
+  const auto extent = [](int32_t from, int32_t to) { return static_cast<double>(to) - from + 1; };
+  if (extent(low.x, high.x) * extent(low.y, high.y) * extent(low.z, high.z) <= kMost) return;
+  // Of a ray's samples, about one in each block.
+  const auto every = static_cast<int64_t>(std::max(1.0, std::floor(kScanBlockEdge / rules.step)));
+  double samples = 0;
+  for (const TrainingRay& ray : rays)
+    samples += std::ceil(static_cast<double>(FreeSamples(ray, rules).count()) / static_cast<double>(every));
+  if (samples <= kMost) return;
+
+  tsl::robin_set<BlockIndex, BlockIndexHash> found;
+  constexpr size_t kPasses = 64;
+  for (size_t pass = 0; pass < kPasses; ++pass)
+  {
+    const size_t before = found.size();
+    for (size_t i = pass; i < rays.size(); i += kPasses)
+    {
+      const FreeSamples along(rays[i], rules);
+      for (int64_t sample = 0; sample < along.count(); sample += every)
+        found.insert(blockOfLocal(rays[i].origin + along.at(sample) * rays[i].direction, set.offset));
+      if (found.size() > ScanBlocks::kMaxBlocks) ScanBlocks::refuse();
+    }
+    const size_t left = kPasses - 1 - pass;
+    if (found.size() + (found.size() - before) * left <= ScanBlocks::kMaxBlocks) return;
+  }
+}
+
 void Sampler::Workspace::markFreeCells(const RulesInCells& rules, unsigned threads)
 {
   constexpr size_t kRaysWorthAThread = 256;
@@ -755,6 +791,7 @@ const TrainingSet& Sampler::sample(const SelectedRays& selected, const SamplingR
   }
 
   work.openWindow();
+  if (areSampled && inCells.asCells) work.requireFewBlocks(inCells);
   work.markHits(rules, inCells);
   if (areSampled && inCells.asCells) work.markFreeCells(inCells, threads);
   if (areSampled && !inCells.asCells) work.sampleFreePoints(inCells, frame);

@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <lamap_mrpt/files/atomic_file.h>
 #include <mrpt/core/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -13,6 +14,7 @@
 #include <random>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 namespace lamap
 {
@@ -38,6 +40,8 @@ class Descriptor
 
   [[nodiscard]] bool isOpen() const { return number_ >= 0; }
   [[nodiscard]] int number() const { return number_; }
+  /// Hands it over, to be closed by the caller.
+  [[nodiscard]] int release() { return std::exchange(number_, -1); }
   /// @return 0 or the error that only the closing reports.
   [[nodiscard]] int close()
   {
@@ -86,20 +90,79 @@ std::string randomWord()
   return mrpt::format("%08x%x", device(), counter++);
 }
 
-/// Creates a new empty file beside the destination, with the permissions of the umask.
-std::string createBeside(const fs::path& destination, const std::string& named)
+constexpr std::string_view kPartial = ".partial-";
+
+fs::path folderOf(const fs::path& destination)
 {
-  const fs::path folder = destination.parent_path().empty() ? fs::path(".") : destination.parent_path();
+  return destination.parent_path().empty() ? fs::path(".") : destination.parent_path();
+}
+
+/// What ends the names of temporary files for a destination.
+std::string endOfName(const fs::path& destination)
+{
   // A file name holds 255 bytes; the end of a longer one is kept, with its extension.
   std::string name = destination.filename().string();
   constexpr std::size_t kLongest = 200;
   if (name.size() > kLongest) name.erase(0, name.size() - kLongest);
+  return "-" + name;
+}
 
+/// Whether a name is one that createBeside() gives.
+bool isPartial(const std::string& name, const std::string& end)
+{
+  if (name.size() <= kPartial.size() + end.size() || name.compare(0, kPartial.size(), kPartial) != 0 ||
+      name.compare(name.size() - end.size(), end.size(), end) != 0)
+    return false;
+  const std::string word = name.substr(kPartial.size(), name.size() - kPartial.size() - end.size());
+  return word.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+bool lockNow(int descriptor)
+{
+  return ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+}
+
+/// Removes temporary files for a destination that nobody writes any more. Errors are no loss.
+void removeLeftOvers(const fs::path& destination)
+{
+  const std::string end = endOfName(destination);
+  std::error_code error;
+  for (fs::directory_iterator entry(folderOf(destination), error), last; !error && entry != last;
+       entry.increment(error))
+  {
+    if (!isPartial(entry->path().filename().string(), end)) continue;
+    const Descriptor left(entry->path().string(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
+    struct stat status
+    {
+    };
+    if (left.isOpen() && ::fstat(left.number(), &status) == 0 && S_ISREG(status.st_mode) &&
+        lockNow(left.number()))
+      ::unlink(entry->path().c_str());
+  }
+}
+
+/// Creates a new empty file beside the destination, with the permissions of the umask.
+/// @param lock receives a descriptor that locks it; −1 where the file system has no locks
+std::string createBeside(const fs::path& destination, const std::string& named, int& lock)
+{
+  const fs::path folder = folderOf(destination);
+  const std::string end = endOfName(destination);
   for (int attempt = 0; attempt < 100; ++attempt)
   {
-    std::string temporary = (folder / (".partial-" + randomWord() + "-" + name)).string();
-    const Descriptor created(temporary, O_WRONLY | O_CREAT | O_EXCL);
-    if (created.isOpen()) return temporary;
+    std::string temporary = (folder / (std::string(kPartial) + randomWord() + end)).string();
+    Descriptor created(temporary, O_WRONLY | O_CREAT | O_EXCL);
+    if (created.isOpen())
+    {
+      const bool isLocked = lockNow(created.number());
+      const bool isTaken = !isLocked && errno == EWOULDBLOCK;
+      struct stat status
+      {
+      };
+      // Whoever cleans up may have been quicker.
+      if (isTaken || (::fstat(created.number(), &status) == 0 && status.st_nlink == 0)) continue;
+      lock = created.release();
+      return temporary;
+    }
     if (errno != EEXIST) refuse(named, systemReason(errno) + " (in the folder '" + folder.string() + "')");
   }
   refuse(named, "no free name for a temporary file in '" + folder.string() + "'");
@@ -140,9 +203,11 @@ AtomicFile::AtomicFile(const std::string& path) : named_(path)
     if (::access(path.c_str(), W_OK) != 0) refuse(path, systemReason(errno));
     if (!S_ISREG(existing.st_mode))
     {
-      destination_ = temporary_ = path;
+      destination_ = path;
       inPlace_ = true;
-      pending_ = false;
+      const fs::path beside = fs::temp_directory_path() / fs::path(path).filename();
+      removeLeftOvers(beside);
+      temporary_ = createBeside(beside, path, lock_);
       return;
     }
     modeBefore = existing.st_mode & 07777;
@@ -160,13 +225,15 @@ AtomicFile::AtomicFile(const std::string& path) : named_(path)
   if (destination.filename().string().size() > 255) refuse(path, systemReason(ENAMETOOLONG));
 
   destination_ = destination.string();
-  temporary_ = createBeside(destination, path);
+  removeLeftOvers(destination);
+  temporary_ = createBeside(destination, path, lock_);
   // A map that its owner hid or shared stays so. Not ours to change on some file systems: then the umask's
   // holds.
   if (modeBefore && ::chmod(temporary_.c_str(), *modeBefore) != 0 && errno != EPERM)
   {
     const int chmodError = errno;
     ::unlink(temporary_.c_str());
+    ::close(lock_);
     fail(chmodError);
   }
 }
@@ -174,6 +241,7 @@ AtomicFile::AtomicFile(const std::string& path) : named_(path)
 AtomicFile::~AtomicFile()
 {
   if (pending_) ::unlink(temporary_.c_str());
+  if (lock_ >= 0) ::close(lock_);
 }
 
 void AtomicFile::fail(int errorNumber) const
@@ -184,7 +252,7 @@ void AtomicFile::fail(int errorNumber) const
 void AtomicFile::write(std::string_view content)
 {
   checked_ = false;
-  Descriptor file(temporary_, O_WRONLY | (inPlace_ ? 0 : O_TRUNC));
+  Descriptor file(temporary_, O_WRONLY | O_TRUNC);
   if (!file.isOpen()) fail(errno);
   if (const int error = writeFully(file.number(), content); error != 0) fail(error);
   if (const int error = file.close(); error != 0) fail(error);
@@ -193,7 +261,6 @@ void AtomicFile::write(std::string_view content)
 
 void AtomicFile::commit()
 {
-  if (inPlace_) return;
   if (!pending_) throw std::logic_error("AtomicFile::commit called twice for '" + named_ + "'");
   {
     Descriptor file(temporary_, O_WRONLY);
@@ -202,6 +269,7 @@ void AtomicFile::commit()
     if (::fsync(file.number()) != 0 && errno != EINVAL) fail(errno);
     if (const int error = file.close(); error != 0) fail(error);
   }
+  if (inPlace_) return copyToPlace();
   if (::rename(temporary_.c_str(), destination_.c_str()) != 0) fail(errno);
   pending_ = false;
 
@@ -210,6 +278,27 @@ void AtomicFile::commit()
   const fs::path folder = fs::path(destination_).parent_path();
   const Descriptor entry(folder.empty() ? "." : folder.string(), O_RDONLY | O_DIRECTORY);
   if (entry.isOpen()) static_cast<void>(::fsync(entry.number()));
+}
+
+/// To a device or a pipe.
+void AtomicFile::copyToPlace()
+{
+  const Descriptor from(temporary_, O_RDONLY);
+  Descriptor to(destination_, O_WRONLY);
+  if (!from.isOpen() || !to.isOpen()) fail(errno);
+  std::string some(std::size_t{1} << 16, '\0');
+  while (true)
+  {
+    const ssize_t count = ::read(from.number(), some.data(), some.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(errno);
+    if (count == 0) break;
+    if (const int error =
+            writeFully(to.number(), std::string_view(some).substr(0, static_cast<std::size_t>(count)));
+        error != 0)
+      fail(error);
+  }
+  if (const int error = to.close(); error != 0) fail(error);
 }
 
 void writeFileAtomically(const std::string& path, std::string_view content)

@@ -10,14 +10,17 @@ namespace lamap
 
 /** A file that appears at its place only when it is whole.
  *
+ * What a killed process left of the same file is removed by the next one: a temporary file is locked as long
+ * as somebody writes it.
+ *
  * Any writer fills temporaryPath(), a new empty file in the same folder; commit() renames it to its place.
  * Until then a file that stood there stays as it is, and without commit() the temporary file is removed. Two
  * writers of one place never share a temporary file: the last one to commit wins, whole.
  *
  * The temporary name ends with the final name, so that writers that choose a format by the extension do the
  * same. A symbolic link is followed and kept. A new file gets the permissions that the process gives new
- * files (umask); a replaced one keeps its own. A device or a pipe (/dev/stdout) cannot be replaced: it is
- * written in place.
+ * files (umask); a replaced one keeps its own. A device or a pipe (/dev/stdout) cannot be replaced: the
+ * temporary file lies in the system's folder for these, and commit() copies it.
  *
  *   AtomicFile file(path);
  *   writer.save(file.temporaryPath());
@@ -55,13 +58,15 @@ class AtomicFile
 
  private:
   [[noreturn]] void fail(int errorNumber) const;
+  void copyToPlace();
 
   std::string named_;        ///< as the caller wrote it, for messages
   std::string destination_;  ///< symbolic links resolved
   std::string temporary_;
-  bool inPlace_ = false;  ///< a device or a pipe: temporary_ is the place itself
+  bool inPlace_ = false;  ///< a device or a pipe: commit() copies what temporary_ holds
   bool pending_ = true;   ///< temporary_ is ours to remove
   bool checked_ = false;  ///< the content came through write(), which noticed every error
+  int lock_ = -1;         ///< descriptor that locks the temporary file
 };
 
 /// AtomicFile, write and commit in one. @throws as these do.

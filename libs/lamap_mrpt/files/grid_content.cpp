@@ -2,7 +2,6 @@
 
 #include <lamap_mrpt/files/content_parts.h>
 
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -15,16 +14,21 @@ namespace
 constexpr uint8_t kWide = 1;
 constexpr uint8_t kPruned = 2;
 
+/// Whether cells that a file may hold are found at these block indices along an axis.
+bool fits(int32_t block, int log2Edge)
+{
+  const int64_t first = int64_t{block} << log2Edge;
+  const int64_t last = first + (int64_t{1} << log2Edge) - 1;
+  return first >= -kLastCell && last <= kLastCell;
+}
+
 void requirePlace(const Evidence& grid, std::optional<int32_t> planarLayer, const BlockIndex& index,
                   const ByteReader& in)
 {
   const int bits = grid.shape().log2Edge();
-  const auto fits = [&](int32_t i)
-  {
-    return i >= (std::numeric_limits<int32_t>::min() >> bits) &&
-           i <= (std::numeric_limits<int32_t>::max() >> bits);
-  };
-  if (!fits(index.x) || !fits(index.y) || (planarLayer ? index.z != *planarLayer : !fits(index.z)))
+  const bool isPlace = fits(index.x, bits) && fits(index.y, bits) &&
+                       (planarLayer ? index.z == *planarLayer : fits(index.z, bits));
+  if (!isPlace)
     in.fail("block (" + std::to_string(index.x) + ", " + std::to_string(index.y) + ", " +
             std::to_string(index.z) + ") is not a place of this map");
 }
@@ -61,7 +65,7 @@ Evidence readGrid(const Evidence& like, std::optional<int32_t> planarLayer, Byte
     std::vector<uint64_t> words = in.vector<uint64_t>();
     try
     {
-      grid.findOrCreate(index) = EvidenceBlock::fromWords(grid.shape(), (flags & kWide) != 0,
+      grid.findOrCreate(index) = EvidenceBlock::fromWords(grid.shape(), grid.kind(), (flags & kWide) != 0,
                                                           (flags & kPruned) != 0, std::move(words));
     }
     catch (const std::runtime_error& error)

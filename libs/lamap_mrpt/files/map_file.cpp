@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/files/atomic_file.h>
+#include <lamap_mrpt/files/byte_stream.h>
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/files/payload.h>
 #include <mrpt/rtti/CObject.h>
@@ -13,7 +14,11 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -29,6 +34,10 @@ using mrpt::serialization::CArchive;
 using mrpt::serialization::CSerializable;
 
 constexpr std::size_t kChunk = std::size_t{1} << 18;
+constexpr const char* kLimitAdvice =
+    "which is the limit here: half the memory of this machine, and no more than a map's file of this size "
+    "can hold; "
+    "the environment variable LAMAP_MAX_CONTENT_MIB raises that";
 
 /// An archive that compresses into a file, and notices every error of writing: MRPT's own gzip stream ignores
 /// them.
@@ -200,6 +209,7 @@ class GzipReader : public CArchive
     inflateMore();
   }
 
+  [[nodiscard]] uint64_t limit_bytes() const { return limit_bytes_; }
   /// The first bytes: all of a small file, more than any object's header of a large one. Before the first
   /// read.
   [[nodiscard]] const std::vector<uint8_t>& beginning() const { return ready_; }
@@ -263,9 +273,8 @@ class GzipReader : public CArchive
       got = file_->read(ready_.data() + before, kChunk);
       inflated_ += got;
       if (inflated_ > limit_bytes_)
-        throw std::runtime_error(
-            "it uncompresses to more than " + std::to_string(limit_bytes_) +
-            " bytes, which is the limit here: half the memory of this machine unless set");
+        throw std::runtime_error("it uncompresses to more than " + std::to_string(limit_bytes_) + " bytes, " +
+                                 kLimitAdvice);
     }
     catch (const std::runtime_error& error)
     {
@@ -291,6 +300,7 @@ struct ObjectHeader
 {
   std::string className;
   uint8_t version = 0;
+  size_t bytes = 0;  ///< its length
 };
 
 std::optional<ObjectHeader> headerOf(const std::vector<uint8_t>& bytes)
@@ -301,6 +311,7 @@ std::optional<ObjectHeader> headerOf(const std::vector<uint8_t>& bytes)
   ObjectHeader header;
   header.className.assign(bytes.begin() + 1, bytes.begin() + 1 + static_cast<std::ptrdiff_t>(length));
   header.version = bytes[length + 1];
+  header.bytes = length + 2;
   const bool isName = std::all_of(header.className.begin(), header.className.end(),
                                   [](unsigned char c) { return c > ' ' && c < 0x7f; });
   return isName ? std::optional(header) : std::nullopt;
@@ -343,26 +354,53 @@ ObjectHeader headerOfReadableMap(const std::vector<uint8_t>& beginning)
   return *header;
 }
 
+/// A file is not looked at any further.
+struct ClaimsTooMuch : public std::runtime_error
+{
+  using std::runtime_error::runtime_error;
+};
+
+/// @throws ClaimsTooMuch if a payload says of itself that it is larger than the limit
+void requireClaimWithinLimit(const GzipReader& archive, const ObjectHeader& header)
+{
+  const std::vector<uint8_t>& beginning = archive.beginning();
+  if (beginning.size() < header.bytes + sizeof(uint64_t)) return;
+  ByteReader claim(beginning.data() + header.bytes, sizeof(uint64_t));
+  if (const auto bytes = claim.number<uint64_t>(); bytes > archive.limit_bytes())
+    throw ClaimsTooMuch("it is damaged, or its map is too large: its content claims " +
+                        std::to_string(bytes) + " bytes, more than " + std::to_string(archive.limit_bytes()) +
+                        ", " + kLimitAdvice);
+}
+
 MapFile readMap(GzipReader& archive)
 {
   const ObjectHeader header = headerOfReadableMap(archive.beginning());
   // This library's maps check their content themselves (readPayload) before they parse it. Others trust what
   // they read: they are given only what gzip's checksum has found right.
-  if (header.className.rfind("lamap::", 0) != 0) archive.inflateAll();
+  if (header.className.rfind("lamap::", 0) == 0)
+    requireClaimWithinLimit(archive, header);
+  else
+    archive.inflateAll();
   MapFile content{std::dynamic_pointer_cast<CMetricMap>(archive.ReadObject()), header.version};
   if (!content.map) throw std::runtime_error("it does not hold a map");
   if (!archive.isAtEnd()) throw std::runtime_error("other content follows the map");
   return content;
 }
 
-MapFile readMap(const std::string& path, uint64_t limit_bytes)
+MapFile readMap(const std::string& path, std::optional<uint64_t> limit_bytes)
 {
-  GzipReader archive(path, limit_bytes);
+  std::error_code none;
+  GzipReader archive(path,
+                     limit_bytes ? *limit_bytes : mostContentOf(std::filesystem::file_size(path, none)));
   try
   {
     return readMap(archive);
   }
   catch (const std::bad_alloc&)
+  {
+    throw;
+  }
+  catch (const ClaimsTooMuch&)
   {
     throw;
   }
@@ -376,14 +414,35 @@ MapFile readMap(const std::string& path, uint64_t limit_bytes)
 
 }  // namespace
 
+void writeCompressed(const CSerializable& object, const std::string& path)
+{
+  GzipWriter archive(path);
+  archive << object;
+  archive.close();
+}
+
+uint64_t mostContentOf(uint64_t fileBytes)
+{
+  constexpr uint64_t kMiB = uint64_t{1} << 20;
+  constexpr uint64_t kAlways = 256 * kMiB;
+  constexpr uint64_t kTimes = 100;
+  const uint64_t memory = memoryForContent();
+  if (const char* text = std::getenv("LAMAP_MAX_CONTENT_MIB"))
+  {
+    uint64_t mebibytes = 0;
+    const char* const end = text + std::strlen(text);
+    const auto parsed = std::from_chars(text, end, mebibytes);
+    if (parsed.ec == std::errc() && parsed.ptr == end) return std::min(memory / kMiB, mebibytes) * kMiB;
+  }
+  return std::min(memory, std::max(kAlways, std::min(fileBytes, memory) * kTimes));
+}
+
 void saveMapFile(const CMetricMap& map, const std::string& path)
 {
   AtomicFile file(path);
   try
   {
-    GzipWriter archive(file.temporaryPath());
-    archive << map;
-    archive.close();
+    writeCompressed(map, file.temporaryPath());
   }
   catch (const std::exception& error)
   {
@@ -392,7 +451,7 @@ void saveMapFile(const CMetricMap& map, const std::string& path)
   file.commit();
 }
 
-MapFile readMapFile(const std::string& path, uint64_t limit_bytes)
+MapFile readMapFile(const std::string& path, std::optional<uint64_t> limit_bytes)
 {
   try
   {
@@ -408,7 +467,7 @@ MapFile readMapFile(const std::string& path, uint64_t limit_bytes)
   }
 }
 
-CMetricMap::Ptr loadMapFile(const std::string& path, uint64_t limit_bytes)
+CMetricMap::Ptr loadMapFile(const std::string& path, std::optional<uint64_t> limit_bytes)
 {
   return readMapFile(path, limit_bytes).map;
 }

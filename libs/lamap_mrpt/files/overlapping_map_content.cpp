@@ -166,10 +166,6 @@ Beam readBeam(ByteReader& in, uint8_t version)
   beam.halfHeight_rad = in.number<double>();
   beam.rangeStd_m = in.number<double>();
   if (version > 2) beam.up = readMatrix<Eigen::Vector3d>(in);
-  const auto isLegal = [](double number) { return number >= 0 && std::isfinite(number); };
-  if (!isLegal(beam.halfWidth_rad) || !isLegal(beam.halfHeight_rad) || !isLegal(beam.rangeStd_m) ||
-      !beam.up.allFinite())
-    throw std::runtime_error("the map is corrupt: the beam of a waiting scan has no legal width");
   return beam;
 }
 
@@ -185,7 +181,7 @@ ModelScan readScan(ByteReader& in, uint8_t version)
             readRays(fan, true, scan.rays.counts.hits, in, version);
             readRays(fan, false, scan.rays.counts.freeOnly, in, version);
             const auto rangeMax_m = in.number<double>();
-            fan.statedRangeMax_m = std::isfinite(rangeMax_m) ? rangeMax_m : 0;
+            fan.statedRangeMax_m = rangeMax_m == std::numeric_limits<double>::infinity() ? 0 : rangeMax_m;
             return fan;
           });
   if (!in.number<bool>()) return scan;

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <new>
 #include <stdexcept>
 #include <utility>
 
@@ -120,7 +121,7 @@ CLearnedMap::CLearnedMap(const CLearnedMap& other)
       threadCount_(other.threadCount_),
       tallied_(other.tallied_),
       scansUsed_(other.scansUsed_),
-      scansUnreadable_(other.scansUnreadable_)
+      scansFailed_(other.scansFailed_)
 {
   genericMapParams = other.genericMapParams;
 }
@@ -135,7 +136,7 @@ CLearnedMap& CLearnedMap::operator=(const CLearnedMap& other)
   threadCount_ = other.threadCount_;
   tallied_ = other.tallied_;
   scansUsed_ = other.scansUsed_;
-  scansUnreadable_ = other.scansUnreadable_;
+  scansFailed_ = other.scansFailed_;
   contentChanged();
   return *this;
 }
@@ -233,15 +234,23 @@ bool CLearnedMap::castRay(const mrpt::math::TPoint3D& origin, const mrpt::math::
   }
 
   bool met = false;
-  walkCells(start, unit, resolution(), first, last,
-            [&](const CellIndex& cell)
-            {
-              const Eigen::Vector3d centre = cellCentre(cell, resolution());
-              end = {centre.x(), centre.y(), centre.z()};
-              const auto estimate = estimateCell(cell);
-              met = estimate && estimate->state == CellState::Occupied;
-              return !met && (estimate || ignoreUnknownCells);
-            });
+  const auto visit = [&](const CellIndex& cell)
+  {
+    const Eigen::Vector3d centre = cellCentre(cell, resolution());
+    end = {centre.x(), centre.y(), centre.z()};
+    const auto estimate = estimateCell(cell);
+    met = estimate && estimate->state == CellState::Occupied;
+    return !met && (estimate || ignoreUnknownCells);
+  };
+  if (!ignoreUnknownCells)
+  {
+    walkCells(start, unit, resolution(), first, last, visit);
+    return met;
+  }
+  // Two cells of a map may be millions of cells apart, with nothing in between.
+  const auto occupied = occupiedCells();
+  walkCells(start, unit, resolution(), first, last, visit,
+            [&](const CellIndex& cell) { return occupied->emptyAround(cell); });
   return met;
 }
 
@@ -280,8 +289,14 @@ void CLearnedMap::saveMetricMapRepresentationToFile(const std::string& prefix) c
   const auto objects = mrpt::opengl::CSetOfObjects::Create();
   getVisualizationInto(*objects);
   scene.insert(objects);
-  if (!scene.saveToFile(sceneFile.temporaryPath()))
-    throw std::runtime_error("cannot write " + prefix + ".3Dscene");
+  try
+  {
+    writeCompressed(scene, sceneFile.temporaryPath());
+  }
+  catch (const std::exception& error)
+  {
+    throw std::runtime_error("cannot write " + prefix + ".3Dscene: " + compat::messageOf(error));
+  }
   sceneFile.commit();
 
   AtomicFile plyFile(prefix + ".ply");
@@ -326,9 +341,9 @@ void CLearnedMap::contentChanged()
 
 bool CLearnedMap::insertScan(const Scan& scan)
 {
-  if (!tally(learnScan(scan))) return false;
-  contentChanged();
-  return true;
+  const RayCounts counts = learnScan(scan);
+  if (counts.used() > 0) contentChanged();
+  return tally(counts);
 }
 
 bool CLearnedMap::insertObservationAt(const mrpt::obs::CObservation& observation,
@@ -345,28 +360,46 @@ bool CLearnedMap::insertObservationAt(const mrpt::obs::CObservation& observation
   return insertObservation(observation, gaussian.mean);
 }
 
+bool CLearnedMap::learnObservation(const mrpt::obs::CObservation& observation,
+                                   const mrpt::poses::CPose3D& robotPose_map,
+                                   const mrpt::poses::CPose3DPDF* uncertainPose_map)
+{
+  if (!supportsObservation(observation)) return false;
+  std::optional<Scan> scan = raysOf(observation, robotPose_map);
+  if (!scan) return false;
+  if (uncertainPose_map != nullptr && scan->sensorPose_map.matrix().allFinite())
+  {
+    mrpt::poses::CPose3DPDFGaussian gaussian;
+    gaussian.copyFrom(*uncertainPose_map);
+    scan->poseCovariance = covarianceOfSensor(gaussian, scan->sensorPose_map.translation());
+  }
+  return insertScan(*scan);
+}
+
 bool CLearnedMap::tally(const RayCounts& counts)
 {
-  const auto tellOnce = [&](size_t before, size_t now, const char* kind)
-  {
-    if (before == 0 && now > 0)
-      MRPT_LOG_WARN_STREAM("rays of a scan that are ignored: " << now << "; " << kind
-                                                               << " (reported once; all are counted)");
-  };
-  tellOnce(tallied_.notFinite, counts.notFinite, "they are NaN or infinite");
-  tellOnce(tallied_.outside, counts.outside, "they end beyond what cell indices can address");
-  if (tallied_.tooNear == 0 && counts.tooNear > 0)
-    MRPT_LOG_INFO_STREAM("rays of a scan that are ignored: "
-                         << counts.tooNear << "; closer than the minimum range, or on the sensor");
-  if (tallied_.narrowed == 0 && counts.narrowed > 0)
-    MRPT_LOG_WARN_STREAM("the beams of a scan of "
-                         << counts.narrowed
-                         << " rays are too far apart for beamWidth = spacing: they are taken as narrow. Set "
-                            "maxRange (reported once; all are counted)");
+  const RayCounts before = tallied_;
   tallied_ += counts;
-  if (counts.used() == 0) return false;
-  ++scansUsed_;
-  return true;
+  if (counts.used() > 0) ++scansUsed_;
+  try
+  {
+    const auto tellOnce = [&](size_t soFar, size_t now, const char* kind)
+    {
+      if (soFar == 0 && now > 0)
+        MRPT_LOG_WARN_STREAM("rays of a scan that are ignored: " << now << "; " << kind
+                                                                 << " (reported once; all are counted)");
+    };
+    tellOnce(before.notFinite, counts.notFinite, "they are NaN or infinite");
+    tellOnce(before.outside, counts.outside, "they end beyond what cell indices can address");
+    if (before.tooNear == 0 && counts.tooNear > 0)
+      MRPT_LOG_INFO_STREAM("rays of a scan that are ignored: "
+                           << counts.tooNear << "; closer than the minimum range, or on the sensor");
+  }
+  catch (const std::bad_alloc&)
+  {
+    // The scan is in the map: that there was no memory to tell of its rays must not look as if it were not.
+  }
+  return counts.used() > 0;
 }
 
 CellIndex CLearnedMap::addressableCell(const char* caller, double x, double y, double z) const
@@ -401,7 +434,7 @@ std::vector<CLearnedMap::Fact> CLearnedMap::cellFacts(const CellVisitor& also) c
 
 std::vector<CLearnedMap::Fact> CLearnedMap::scanFacts() const
 {
-  if (scansUsed_ == 0 && tallied_.used() == 0 && tallied_.leftOut() == 0 && scansUnreadable_ == 0)
+  if (scansUsed_ == 0 && tallied_.used() == 0 && tallied_.leftOut() == 0 && scansFailed_ == 0)
     return {};  // a map that was only loaded
   std::vector<Fact> facts{{"scans inserted in this session", scansUsed_},
                           {"rays with a hit", tallied_.hits},
@@ -418,29 +451,26 @@ std::vector<CLearnedMap::Fact> CLearnedMap::scanFacts() const
   addIfAny("rays left out, too near", tallied_.tooNear);
   addIfAny("rays left out, without return", tallied_.unbounded);
   addIfAny("rays left out, out of reach of the indices", tallied_.outside);
-  addIfAny("observations that could not be read", scansUnreadable_);
+  addIfAny("observations that could not be read or learned", scansFailed_);
   return facts;
 }
 
 bool CLearnedMap::internal_insertObservation(const mrpt::obs::CObservation& observation,
                                              const std::optional<const mrpt::poses::CPose3D>& robotPose)
 {
-  if (!supportsObservation(observation)) return false;
-  std::optional<Scan> scan;
+  requireLegalInsertion();
   try
   {
-    scan = raysOf(observation, robotPose ? *robotPose : mrpt::poses::CPose3D());
+    return learnObservation(observation, robotPose ? *robotPose : mrpt::poses::CPose3D(),
+                            uncertainPose_ ? &*uncertainPose_ : nullptr);
   }
   catch (const std::exception& error)
   {
-    // A SLAM program should continue with the next observation.
-    ++scansUnreadable_;
+    // A SLAM program should continue with the next observation; the map is as it was before this one.
+    ++scansFailed_;
     MRPT_LOG_ERROR_STREAM("an observation is ignored: " << compat::messageOf(error));
+    return false;
   }
-  if (!scan) return false;
-  if (uncertainPose_ && scan->sensorPose_map.matrix().allFinite())
-    scan->poseCovariance = covarianceOfSensor(*uncertainPose_, scan->sensorPose_map.translation());
-  return insertScan(*scan);
 }
 
 bool CLearnedMap::internal_canComputeObservationLikelihood(const mrpt::obs::CObservation& observation) const

@@ -86,6 +86,13 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
    * @throws std::invalid_argument if the insertion options are illegal. */
   bool insertScan(const Scan& scan);
 
+  /** As insertObservation(), but throws where that one leaves an observation out with a message on the log.
+   * @param uncertainPose_map the same pose with its covariance; null: it counts as certain
+   * @return false if it has no class that this map takes, or no ray that is usable
+   * @throws std::exception saying why it cannot be read or learned; the map is as it was then */
+  bool learnObservation(const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& robotPose_map,
+                        const mrpt::poses::CPose3DPDF* uncertainPose_map = nullptr);
+
   /** As insertObservation(), at an uncertain pose. Learners that take uncertain inputs use its covariance as
    * their options say; the others only its mean. */
   bool insertObservationAt(const mrpt::obs::CObservation& observation,
@@ -234,8 +241,10 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   CLearnedMap(const CLearnedMap& other);
   CLearnedMap& operator=(const CLearnedMap& other);
 
-  /// Learns a scan. @return what became of its rays
+  /// Learns a scan; if it throws, the map is as it was. @return what became of its rays
   virtual RayCounts learnScan(const Scan& scan) = 0;
+  /// @throws std::invalid_argument naming an illegal insertion option, its value and what is legal
+  virtual void requireLegalInsertion() const = 0;
 
   /// Must be called after every change of cells.
   virtual void contentChanged();
@@ -270,7 +279,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   std::optional<mrpt::poses::CPose3DPDFGaussian> uncertainPose_;
   RayCounts tallied_;
   size_t scansUsed_ = 0;
-  size_t scansUnreadable_ = 0;
+  size_t scansFailed_ = 0;  ///< observations that could not be read or learned
   Lazy<EndPoints> endPoints_;
   Lazy<EndPointLikelihood> likelihood_;
   Lazy<OccupiedCells> occupied_;

@@ -39,7 +39,25 @@ std::shared_ptr<const OverlappingHilbertMap> COverlappingHilbertMap::whole() con
       [&]
       {
         auto trained = std::make_shared<OverlappingHilbertMap>(core());
-        trained->trainPending(insertionOptions, threadCount());
+        const auto withoutThem = [&](const std::exception& error)
+        {
+          MRPT_LOG_ERROR_STREAM("what is read of the map is without the "
+                                << trained->pending().scans.size()
+                                << " scans that wait for others: " << error.what());
+          trained->dropPending();
+        };
+        try
+        {
+          trained->trainPending(insertionOptions, threadCount());
+        }
+        catch (const std::length_error& error)
+        {
+          withoutThem(error);
+        }
+        catch (const std::overflow_error& error)
+        {
+          withoutThem(error);
+        }
         return trained;
       });
 }

@@ -39,6 +39,10 @@ struct OverlappingLearner : public LearnerTypes<COverlappingHilbertMap, Overlapp
   {
     return insertion;
   }
+  static size_t settle(OverlappingHilbertMap& map, const OverlappingInference& insertion, unsigned threads)
+  {
+    return map.dropUntrainable(insertion, threads);
+  }
   static void write(const OverlappingHilbertMap& map, ByteWriter& out);
   static void read(OverlappingHilbertMap& map, ByteReader& in, uint8_t version);
 };
@@ -54,7 +58,9 @@ extern template class LearnerMap<OverlappingLearner>;
  * models, scans that wait for others, every option.
  *
  * With scansPerModel > 1, scans wait until there are enough of them to train one model. Until then, what is
- * read from the map includes the waiting scans, as if no others would follow.
+ * read from the map includes the waiting scans, as if no others would follow. A scan that could not be
+ * trained is refused when it is inserted; where options that were changed since make it impossible all the
+ * same, what is read is the map without the waiting scans.
  *
  * Takes the observations that supportsObservation() names. Others are not inserted, and their likelihood is
  * 0.

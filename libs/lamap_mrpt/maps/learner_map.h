@@ -31,6 +31,9 @@ struct LearnerTypes
   using Insertion = InferenceOptions;
   using Preset = Presets;
 
+  /// What a map that was read from a file does first. @return waiting scans that it cannot keep
+  static size_t settle(Core& /*map*/, const Insertion& /*insertion*/, unsigned /*threads*/) { return 0; }
+
   static constexpr uint8_t kFormatVersion = 3;  ///< of map files; older ones are read too, see file-format.md
 
   static Core make(const Creation& creation) { return Core(creation); }
@@ -97,6 +100,9 @@ class LearnerMap : public CLearnedMap
   };
   TInsertionOptions insertionOptions;
 
+  LearnerMap(const LearnerMap& other) = default;
+  /// All or nothing: if it throws, nothing is changed.
+  LearnerMap& operator=(const LearnerMap& other);
   explicit LearnerMap(double resolution_m = 0.10);
   /// @throws std::invalid_argument naming an illegal option; std::runtime_error if a file that an option
   /// names cannot be read.
@@ -166,6 +172,7 @@ class LearnerMap : public CLearnedMap
 
  private:
   RayCounts learnScan(const Scan& scan) override;
+  void requireLegalInsertion() const override { Learner::validate(insertionOptions, creationOptions_); }
   [[nodiscard]] TInsertionOptions resolvedInsertion() const;
   /// Options are plain members, which programs may set to anything. @throws std::invalid_argument naming the
   /// first illegal one, its value and what is legal

@@ -241,6 +241,19 @@ LearnerMap<Learner>::LearnerMap(const TCreationOptions& options)
 }
 
 template <typename Learner>
+LearnerMap<Learner>& LearnerMap<Learner>::operator=(const LearnerMap& other)
+{
+  if (this == &other) return *this;
+  TCreationOptions creation = other.creationOptions_;
+  Core map = other.map_;
+  CLearnedMap::operator=(other);
+  insertionOptions = other.insertionOptions;
+  creationOptions_ = std::move(creation);
+  map_ = std::move(map);
+  return *this;
+}
+
+template <typename Learner>
 typename LearnerMap<Learner>::TInsertionOptions LearnerMap<Learner>::resolvedInsertion() const
 {
   return TInsertionOptions(Learner::resolved(insertionOptions, creationOptions_));
@@ -365,6 +378,11 @@ void LearnerMap<Learner>::serializeFrom(mrpt::serialization::CArchive& in, uint8
     generic.enableObservationLikelihood = content.number<bool>();
     generic.enableObservationInsertion = content.number<bool>();
     content.expectEnd();
+    if (const size_t dropped = Learner::settle(map, insertion, threadCount()); dropped > 0)
+      MRPT_LOG_WARN_STREAM(
+          "scans of the file that waited for others are left out, for they are too long for "
+          "the map's cells: "
+          << dropped);
 
     creationOptions_ = creation;
     map_ = std::move(map);

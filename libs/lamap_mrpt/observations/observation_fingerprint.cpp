@@ -37,7 +37,7 @@ class Hasher
       word(next);
     }
     uint64_t rest = 0;
-    std::memcpy(&rest, at, count);
+    if (count > 0) std::memcpy(&rest, at, count);  // an empty vector has no memory
     word(rest);
   }
 

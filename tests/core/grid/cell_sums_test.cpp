@@ -30,6 +30,9 @@ TEST(CellSums, NumbersAreRoundedToTheNearestUnit)
   EXPECT_EQ(inEvidenceUnits(0.49 * kEvidenceUnit), 0);
   EXPECT_EQ(inEvidenceUnits(0.5 * kEvidenceUnit), 1);
   EXPECT_EQ(inEvidenceUnits(-0.51 * kEvidenceUnit), -1);
+  EXPECT_EQ(inEvidenceUnits(0x1p41), kMostSignedSum);
+  EXPECT_EQ(inEvidenceUnits(1e300), kMostSignedSum);
+  EXPECT_EQ(inEvidenceUnits(-1e300), -kMostSignedSum);
 }
 
 TEST(CellSums, AddingBeyondTheLimitIsRefused)

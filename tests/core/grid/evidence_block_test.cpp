@@ -74,7 +74,8 @@ void expectSameCells(const BlockShape& shape, const DenseBlock& dense, const Evi
 void expectRefused(const BlockShape& shape, bool wide, bool pruned, const std::vector<uint64_t>& words,
                    const std::string& what)
 {
-  EXPECT_THROW((void)EvidenceBlock::fromWords(shape, wide, pruned, words), std::runtime_error)
+  EXPECT_THROW((void)EvidenceBlock::fromWords(shape, SumKind::Counts, wide, pruned, words),
+               std::runtime_error)
       << what << " is taken, " << nameOf(shape);
 }
 
@@ -158,7 +159,7 @@ TEST(EvidenceBlock, UnpacksWhatWasPacked)
       for (const EvidenceBlock& block : {plain, lossless})
       {
         const EvidenceBlock again =
-            EvidenceBlock::fromWords(shape, block.wide(), block.pruned(), block.words());
+            EvidenceBlock::fromWords(shape, SumKind::Counts, block.wide(), block.pruned(), block.words());
         expectSameCells(shape, dense, again);
         EXPECT_EQ(again.words(), block.words());
       }
@@ -383,9 +384,12 @@ TEST(EvidenceBlock, RefusesLeavesThatAreNoOctants)
       return offsets;
     };
 
-    EXPECT_NO_THROW((void)EvidenceBlock::fromWords(shape, false, true, make(range(0, b), {0})));
-    EXPECT_NO_THROW((void)EvidenceBlock::fromWords(shape, false, true, make(range(0, b + 1), {0, b})));
-    EXPECT_NO_THROW((void)EvidenceBlock::fromWords(shape, false, true, make(range(0, b * b), {0})));
+    EXPECT_NO_THROW(
+        (void)EvidenceBlock::fromWords(shape, SumKind::Counts, false, true, make(range(0, b), {0})));
+    EXPECT_NO_THROW(
+        (void)EvidenceBlock::fromWords(shape, SumKind::Counts, false, true, make(range(0, b + 1), {0, b})));
+    EXPECT_NO_THROW(
+        (void)EvidenceBlock::fromWords(shape, SumKind::Counts, false, true, make(range(0, b * b), {0})));
 
     expectRefused(shape, false, true, make(range(0, b - 1), {0}), "a part of an octant");
     expectRefused(shape, false, true, make(range(0, 2 * b), {0}), "two octants that are none");
@@ -398,7 +402,37 @@ TEST(EvidenceBlock, RefusesLeavesThatAreNoOctants)
     expectRefused(shape, false, true, make(range(0, b), {0, b}), "a leaf at an unobserved cell");
     expectRefused(shape, false, true, make(range(0, 2 * b), {0, b - 1}),
                   "an octant split in the wrong place");
+    // As many observed cells as leaves cover, but other ones.
+    expectRefused(shape, false, true, make(without(range(0, 2 * b + 1), b - 2), {0, b}),
+                  "a hole in a leaf, and a cell in no leaf");
+    expectRefused(shape, false, true, make(without(range(0, b * b), b * b - 1), {0, b + 1}),
+                  "a leaf within a leaf");
+    std::vector<uint32_t> scattered = range(0, b * b);
+    scattered.resize(b + 1);
+    for (uint32_t i = 0; i + 1 < b; ++i) scattered.push_back(b * b - 1 - 2 * i);
+    std::sort(scattered.begin(), scattered.end());
+    scattered.erase(std::unique(scattered.begin(), scattered.end()), scattered.end());
+    expectRefused(shape, false, true, make(scattered, {0}), "a leaf that covers cells that are not observed");
   }
+}
+
+TEST(EvidenceBlock, RefusesSumsThatNoMapHolds)
+{
+  const BlockShape shape(3, false);
+  const auto wordsWith = [&](uint64_t sum)
+  {
+    std::vector<uint64_t> words(shape.maskWords());
+    words[0] = 1;
+    words.insert(words.end(), {sum, 5});
+    return words;
+  };
+  for (const SumKind kind : {SumKind::Counts, SumKind::Signed})
+  {
+    EXPECT_NO_THROW((void)EvidenceBlock::fromWords(shape, kind, true, false, wordsWith(mostCode(kind))));
+    EXPECT_THROW((void)EvidenceBlock::fromWords(shape, kind, true, false, wordsWith(mostCode(kind) + 1)),
+                 std::runtime_error);
+  }
+  EXPECT_EQ(SignedSums::decoded(mostCode(SumKind::Signed)), kMostSignedSum);
 }
 }  // namespace
 }  // namespace lamap::test

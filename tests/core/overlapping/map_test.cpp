@@ -352,7 +352,7 @@ OverlappingHilbertMap copiedByParts(const OverlappingHilbertMap& map)
     Evidence to(from.shape(), from.kind());
     for (const BlockWords& block : wordsOf(from))
       to.findOrCreate(block.index) =
-          EvidenceBlock::fromWords(from.shape(), block.wide, block.pruned, block.words);
+          EvidenceBlock::fromWords(from.shape(), from.kind(), block.wide, block.pruned, block.words);
     return to;
   };
   copy.restoreEvidence(copied(map.evidence()), copied(map.writtenEvidence()));
