@@ -32,6 +32,10 @@ void describe(CLI::App& command, BuildArguments& arguments)
   command.add_option("-s,--set", options.map.settings,
                      "section.key=value, overrides the file, e.g. insertOpts.maxRange=30");
   command.add_option("--onto", options.ontoPath, "Continue this saved map, with its own options");
+  command.add_flag(
+      "--strict", options.strict,
+      "Stop at the first scan that cannot be read or learned, and save nothing; otherwise it is left out "
+      "and named");
   addLogOptions(command, arguments.log, options.inputs, options.threads);
   command.add_flag("--json", arguments.json, "Print the final report as JSON");
 }

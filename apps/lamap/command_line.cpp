@@ -244,8 +244,13 @@ void catchStopSignals()
   struct sigaction action = {};
   action.sa_handler = [](int) { stopAsked = true; };
   action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+  {
+    struct sigaction before = {};
+    sigaction(signal, nullptr, &before);
+    const bool isForNohup = signal == SIGHUP && before.sa_handler == SIG_IGN;
+    if (!isForNohup) sigaction(signal, &action, nullptr);
+  }
 }
 
 bool stopRequested()

@@ -122,7 +122,8 @@ constexpr int64_t kMostEvery = 1'000'000'000;
 
 // ---- How a command runs and ends
 
-/// After this, SIGINT or SIGTERM makes stopRequested() true; a second one ends the program at once.
+/// After this, SIGINT, SIGTERM or SIGHUP, unless it is ignored, makes stopRequested() true; a second one ends
+/// the program at once.
 void catchStopSignals();
 [[nodiscard]] bool stopRequested();
 

@@ -32,6 +32,13 @@ void requireSubcommand(const CLI::App& app, const std::vector<std::string>& argu
                     : "'" + name + "' is not a subcommand; " + lamap::suggestionFor(name, names)) +
       ". `lamap --help` describes them");
 }
+/// A full disk shows only now. @return the exit code of a command that would end with this one
+int withOutputWritten(int code)
+{
+  std::cout.flush();
+  if (std::cout || code != 0) return code;
+  return fail(lamap::app::kFailed, "the standard output did not take all that was written to it");
+}
 }  // namespace
 
 int main(int argc, char** argv)
@@ -57,11 +64,11 @@ int main(int argc, char** argv)
   {
     requireSubcommand(app, arguments);
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
-    return action();
+    return withOutputWritten(action());
   }
   catch (const CLI::Success& success)
   {
-    return app.exit(success);  // --help, --version
+    return withOutputWritten(app.exit(success));  // --help, --version
   }
   catch (const CLI::ParseError& error)
   {

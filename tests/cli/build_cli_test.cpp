@@ -136,7 +136,7 @@ TEST_F(BuildProgram, SignalsSaveTheMapSoFarAndEndWith130)
   const std::string longLog = smallLog(20000);
   std::filesystem::rename(longLog, folder_ / "long.rawlog");
   const std::string shortLog = smallLog(2);
-  for (const int signal : {SIGINT, SIGTERM})
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP})
   {
     const std::string out = folder_ / ("stopped" + std::to_string(signal) + ".lamap.gz");
     Outcome outcome;
@@ -154,7 +154,7 @@ TEST_F(BuildProgram, SignalsSaveTheMapSoFarAndEndWith130)
         << outcome.err;
     EXPECT_EQ(run({"build", "-i", shortLog, "--onto", out, "-o", out}).exitCode, 0);
   }
-  EXPECT_EQ(folder_.size(), 4U) << "two logs, two maps, nothing temporary";
+  EXPECT_EQ(folder_.size(), 5U) << "two logs, three maps, nothing temporary";
 }
 
 TEST_F(BuildProgram, InfoDescribesALogAsItDoesAMap)

@@ -54,6 +54,29 @@ TEST_F(MapCommands, QueryAnswersEveryPointInItsOrder)
   ASSERT_EQ(run("query $/a.lamap.gz --points - "), 0) << "an empty input has no points";
 }
 
+TEST_F(MapCommands, OutputThatIsLostIsNoSuccess)
+{
+  std::string points = "x,y,z\n";
+  for (int i = 0; i < 2000; ++i) points += "0.05,0.05,0.05\n";
+  folder_.write("points.csv", points);
+  folder_.write("truth.csv", "x,y,z,label\n0.05,0.05,0.05,1\n0.05,0.55,0.05,0\n");
+  for (const char* arguments :
+       {"query $/a.lamap.gz --points $/points.csv", "query $/a.lamap.gz --at 0,0,0",
+        "query --json $/a.lamap.gz --at 0,0,0", "info $/a.lamap.gz", "info --json $/a.lamap.gz",
+        "eval $/a.lamap.gz --truth $/truth.csv", "eval --json $/a.lamap.gz --truth $/truth.csv", "--help",
+        "info --help", "--version"})
+  {
+    EXPECT_EQ(runIntoFullDisk(arguments), 1) << arguments;
+    EXPECT_NE(err_.find("standard output"), std::string::npos) << arguments << err_;
+  }
+  for (const char* name : {"f.csv", "f.ply", "f.pcd", "f.ot", "f.bt", "f.3Dscene", "f.png"})
+  {
+    std::filesystem::create_symlink("/dev/full", folder_ / name);
+    EXPECT_EQ(run(std::string("export $/a.lamap.gz -o $/") + name), 1) << name << err_;
+  }
+  EXPECT_EQ(run("render $/a.lamap.gz -o $/f.png"), 1) << err_;
+}
+
 TEST_F(MapCommands, QueryNamesTheBadLineAndAnswersNothing)
 {
   folder_.write("points.txt", "1,2,3\n1,2,three\n");

@@ -73,21 +73,30 @@ class CommandLine : public testing::Test
   /// A $ stands for the folder of the test. @return exit code
   int run(const std::string& arguments)
   {
-    std::string command =
-        std::string(LAMAP_PROGRAM) + " " + arguments + " > $/stdout 2> $/stderr < /dev/null";
-    for (size_t at = 0; (at = command.find('$', at)) != std::string::npos;)
-      command.replace(at, 1, folder_.path());
-    const int status = std::system(command.c_str());
+    const int code = start(arguments, "$/stdout");
     out_ = fileContent(folder_ / "stdout");
-    err_ = fileContent(folder_ / "stderr");
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return code;
   }
+  /// The same, with a standard output that takes nothing.
+  int runIntoFullDisk(const std::string& arguments) { return start(arguments, "/dev/full"); }
 
   [[nodiscard]] bool exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
 
   TemporaryFolder folder_;
   std::string out_;
   std::string err_;
+
+ private:
+  int start(const std::string& arguments, const std::string& output)
+  {
+    std::string command =
+        std::string(LAMAP_PROGRAM) + " " + arguments + " > " + output + " 2> $/stderr < /dev/null";
+    for (size_t at = 0; (at = command.find('$', at)) != std::string::npos;)
+      command.replace(at, 1, folder_.path());
+    const int status = std::system(command.c_str());
+    err_ = fileContent(folder_ / "stderr");
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
 };
 
 }  // namespace lamap::test

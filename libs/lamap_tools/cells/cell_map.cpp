@@ -1,6 +1,7 @@
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/cells/octomap_file.h>
+#include <lamap_tools/files/text_fields.h>
 #include <mrpt/core/format.h>
 #include <mrpt/maps/CColouredOctoMap.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
@@ -8,6 +9,8 @@
 #include <mrpt/opengl/COctoMapVoxels.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <optional>
 #include <stdexcept>
 
 namespace lamap::tools
@@ -56,25 +59,22 @@ class MrptOctoCells : public CellMap
     return estimateOf(*cell);
   }
 
-  void visitCells(const CellVisitor& visitor) const override
+  void visitCells(const CellVisitor& visitor) const override { visitCellsOfLeaves(*this, visitor); }
+
+  void visitLeaves(const LeafVisitor& visitor) const override
   {
     const auto leaves = leavesAsVoxels();
     const double r = resolution();
-    double cells = 0;
-    for (size_t set = 0; set < leaves->getVoxelSetCount(); ++set)
-      for (size_t i = 0; i < leaves->getVoxelCount(set); ++i)
-        cells += std::pow(std::round(leaves->getVoxel(set, i).side_length / r), 3);
-    requireCountOfCells(cells);
     for (size_t set = 0; set < leaves->getVoxelSetCount(); ++set)
     {
       for (size_t i = 0; i < leaves->getVoxelCount(set); ++i)
       {
         const auto& leaf = leaves->getVoxel(set, i);
         const double half_m = leaf.side_length / 2;
-        const auto first = [&](double centre_m)
-        { return static_cast<int>(std::lround((centre_m - half_m) / r)); };
-        visitLeaf({first(leaf.coords.x), first(leaf.coords.y), first(leaf.coords.z)},
-                  static_cast<int>(std::lround(leaf.side_length / r)), visitor);
+        const auto first = [&](double centre_m) { return heldCell(std::round((centre_m - half_m) / r)); };
+        const CellIndex cell{first(leaf.coords.x), first(leaf.coords.y), first(leaf.coords.z)};
+        if (const auto estimate = estimateOf(cell))
+          visitor(cell, heldCell(std::round(leaf.side_length / r)), *estimate);
       }
     }
   }
@@ -90,15 +90,6 @@ class MrptOctoCells : public CellMap
     map_->getAsOctoMapVoxels(*leaves);
     map_->renderingOptions = drawn;
     return leaves;
-  }
-
-  void visitLeaf(const CellIndex& first, int edge, const CellVisitor& visitor) const
-  {
-    const auto estimate = estimateOf(first);
-    if (!estimate) return;
-    for (int z = 0; z < edge; ++z)
-      for (int y = 0; y < edge; ++y)
-        for (int x = 0; x < edge; ++x) visitor({first.x + x, first.y + y, first.z + z}, *estimate);
   }
 
   std::optional<CellEstimate> estimateOf(const CellIndex& cell) const
@@ -152,7 +143,7 @@ class GridCells : public CellMap
   }
 
  private:
-  int firstIndex(double limit_m) const { return static_cast<int>(std::lround(limit_m / resolution())); }
+  int firstIndex(double limit_m) const { return heldCell(std::round(limit_m / resolution())); }
 
   std::optional<CellEstimate> estimateOf(int x, int y) const
   {
@@ -202,6 +193,7 @@ OpenedMap openMap(const std::string& path)
 OpenedMap openMapOfCells(const std::string& path)
 {
   OpenedMap opened = openMap(path);
+  if (opened.cells) requireReadableResolution(path, opened.cells->resolution());
   if (!opened.cells)
     throw std::runtime_error(path + ": its map is a " + opened.map->GetRuntimeClass()->className +
                              ", which has no cells; expected one of this library's maps, COctoMap, "
@@ -214,12 +206,41 @@ std::unique_ptr<CellMap> openCellMap(const std::string& path)
   return openMapOfCells(path).cells;
 }
 
-void requireCountOfCells(double cells)
+namespace
 {
-  constexpr double kMostCells = 8589934592.0;
-  if (cells <= kMostCells) return;
-  throw std::runtime_error(mrpt::format(
-      "the octree's leaves stand for %.3g finest cells, more than 2^33 can be read one by one", cells));
+/// How many cells of an octree's leaves are read one by one.
+double mostCells()
+{
+  constexpr double kMost = 0x1p28;
+  const char* text = std::getenv("LAMAP_MAX_CELLS");
+  const auto wanted = text != nullptr ? numberIn<double>(text) : std::nullopt;
+  return wanted && *wanted > 0 ? *wanted : kMost;
+}
+}  // namespace
+
+void visitCellsOfLeaves(const CellMap& octree, const CellMap::CellVisitor& visitor)
+{
+  double cells = 0;
+  octree.visitLeaves([&](const CellIndex&, int edge, const CellEstimate&) { cells += std::pow(edge, 3); });
+  if (cells > mostCells())
+    throw std::runtime_error(mrpt::format(
+        "the octree's leaves stand for %.3g finest cells; no more than %.3g are read one by one, a limit "
+        "that the environment variable LAMAP_MAX_CELLS raises",
+        cells, mostCells()));
+  octree.visitLeaves(
+      [&](const CellIndex& first, int edge, const CellEstimate& estimate)
+      {
+        for (int z = 0; z < edge; ++z)
+          for (int y = 0; y < edge; ++y)
+            for (int x = 0; x < edge; ++x) visitor({first.x + x, first.y + y, first.z + z}, estimate);
+      });
+}
+
+void requireReadableResolution(const std::string& path, double resolution_m)
+{
+  if (resolution_m >= 1e-6 && resolution_m <= 1e6) return;
+  throw std::runtime_error(mrpt::format("%s: states a resolution of %g m; expected one from 1e-6 to 1e6 m",
+                                        path.c_str(), resolution_m));
 }
 
 const char* stateName(CellState state)

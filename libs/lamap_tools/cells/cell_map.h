@@ -5,6 +5,7 @@
 #include <mrpt/maps/CMetricMap.h>
 #include <mrpt/math/TPoint3D.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,6 +36,14 @@ class CellMap
   using CellVisitor = CLearnedMap::CellVisitor;
   /// Calls the visitor once for every finest cell that has evidence; no order is promised.
   virtual void visitCells(const CellVisitor& visitor) const = 0;
+
+  /// @param first cell of a cube whose cells say the same, @param edge of it in cells
+  using LeafVisitor = std::function<void(const CellIndex& first, int edge, const CellEstimate& estimate)>;
+  /// The same cells, those of an octree's leaf in one call: what it costs does not grow with their number.
+  virtual void visitLeaves(const LeafVisitor& visitor) const
+  {
+    visitCells([&](const CellIndex& cell, const CellEstimate& estimate) { visitor(cell, 1, estimate); });
+  }
 };
 
 /// A map file, read.
@@ -61,9 +70,13 @@ struct OpenedMap
  * cells never observed are left out); nullptr for any other class. Keeps the map alive. */
 [[nodiscard]] std::unique_ptr<CellMap> cellsOf(const mrpt::maps::CMetricMap::Ptr& map);
 
-/** Refuses to expand the leaves of an octree into more finest cells than any machine holds.
- * @throws std::runtime_error naming the count if it is above 2^33. */
-void requireCountOfCells(double cells);
+/** Calls a visitor for each cell of an octree's leaves.
+ * @throws std::runtime_error before any call, naming the count, if they stand for more finest cells than are
+ * read one by one: 2^28, or what the environment variable LAMAP_MAX_CELLS says. */
+void visitCellsOfLeaves(const CellMap& octree, const CellMap::CellVisitor& visitor);
+
+/// @throws std::runtime_error naming a resolution that no cells are read with: 1e-6 to 1e6 m are legal
+void requireReadableResolution(const std::string& path, double resolution_m);
 
 /// "free", "occupied" or "unknown".
 [[nodiscard]] const char* stateName(CellState state);

@@ -37,6 +37,10 @@ class OctomapCells : public CellMap
 
   std::optional<CellEstimate> estimateAt(const mrpt::math::TPoint3D& point_map) const override
   {
+    // OctoMap casts what is too far away for its keys.
+    const auto cell = cellAt({point_map.x, point_map.y, point_map.z}, resolution());
+    const auto isKey = [](int32_t index) { return index >= -kKeyOfZero && index < kKeyOfZero; };
+    if (!cell || !isKey(cell->x) || !isKey(cell->y) || !isKey(cell->z)) return std::nullopt;
     octomap::OcTreeKey key;
     if (!tree_->coordToKeyChecked(point_map.x, point_map.y, point_map.z, key)) return std::nullopt;
     const auto* node = tree_->search(key);
@@ -44,32 +48,20 @@ class OctomapCells : public CellMap
     return estimateOf(*node);
   }
 
-  void visitCells(const CellVisitor& visitor) const override
+  void visitCells(const CellVisitor& visitor) const override { visitCellsOfLeaves(*this, visitor); }
+
+  void visitLeaves(const LeafVisitor& visitor) const override
   {
-    requireExpandable();
     for (auto leaf = tree_->begin_leafs(), end = tree_->end_leafs(); leaf != end; ++leaf)
     {
       const int edge = 1 << (tree_->getTreeDepth() - leaf.getDepth());
       const CellEstimate estimate = estimateOf(*leaf);
       const octomap::OcTreeKey first = leaf.getIndexKey();
-      for (int z = 0; z < edge; ++z)
-        for (int y = 0; y < edge; ++y)
-          for (int x = 0; x < edge; ++x)
-            visitor({first[0] - kKeyOfZero + x, first[1] - kKeyOfZero + y, first[2] - kKeyOfZero + z},
-                    estimate);
+      visitor({first[0] - kKeyOfZero, first[1] - kKeyOfZero, first[2] - kKeyOfZero}, edge, estimate);
     }
   }
 
  private:
-  /// A tree of one node may stand for 2^48 cells.
-  void requireExpandable() const
-  {
-    double cells = 0;
-    for (auto leaf = tree_->begin_leafs(), end = tree_->end_leafs(); leaf != end; ++leaf)
-      cells += std::exp2(3.0 * (tree_->getTreeDepth() - leaf.getDepth()));
-    requireCountOfCells(cells);
-  }
-
   template <class Node>
   CellEstimate estimateOf(const Node& node) const
   {
@@ -207,9 +199,7 @@ std::unique_ptr<CellMap> readOctomapFile(const std::string& path)
   if (!header)
     failRead(path, std::string("is not an OctoMap ") + (binary ? ".bt" : ".ot") + " file (no '" +
                        firstLine(binary) + "' header)");
-  if (!(header->resolution_m > 0) || !std::isfinite(header->resolution_m))
-    failRead(path,
-             "states a resolution of " + std::to_string(header->resolution_m) + " m; expected one above 0");
+  requireReadableResolution(path, header->resolution_m);
   if (binary || header->id == "OcTree") return readTree<octomap::OcTree>(path, *header, in, binary);
   if (header->id == "ColorOcTree") return readTree<octomap::ColorOcTree>(path, *header, in, binary);
   failRead(path, "holds a tree of kind '" + header->id + "'; expected OcTree or ColorOcTree");

@@ -138,7 +138,7 @@ class LogReader
     {
       return readRays(*raysOf(observation, robotPose), sensor) ? "" : "it holds no ray that can be used";
     }
-    catch (const std::runtime_error& error)
+    catch (const std::exception& error)
     {
       if (sensor.unreadable++ == 0) sensor.whyUnreadable = compat::messageOf(error);
       return compat::messageOf(error);

@@ -127,6 +127,14 @@ void train(const CMetricMap& map, size_t scans)
   }
 }
 
+/// @throws std::runtime_error naming what could not be read of an input
+void requireUndamaged(const ScanSource& source)
+{
+  if (!source.damages().empty())
+    throw std::runtime_error(source.path() + ": " + source.damages().front() +
+                             "; nothing is written (--strict)");
+}
+
 std::string reasonsOf(const BuildReport& report)
 {
   std::string reasons = reasonsOf(report.scans);
@@ -153,15 +161,18 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
   report.mapClass = map->GetRuntimeClass()->className;
   report.outPath = options.outPath;
   const auto begin = std::chrono::steady_clock::now();
-  ScanInserter inserter(*map);
+  ScanInserter inserter(*map, options.strict);
   BuildNotes notes(*map);
   report.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
                                [&](const ScanItem& item, const ScanSource& source)
                                {
                                  notes.look(item, source);
+                                 if (options.strict) requireUndamaged(source);
                                  inserter.insert(item);
                                  notes.inserted();
                                });
+  if (options.strict)
+    for (const auto& source : sources) requireUndamaged(*source);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.scans = inserter.tally();
   if (const auto* learned = dynamic_cast<const CLearnedMap*>(map.get())) report.rays = learned->rayCounts();
@@ -255,6 +266,7 @@ Json reportJson(const BuildReport& report)
                   {"not_finite", report.rays.notFinite},
                   {"outside", report.rays.outside}};
   json["notes"] = report.notes;
+  json["failed"] = report.scans.failed;
   json["left_out"] = Json::array();
   for (const auto& [what, count] : report.scans.leftOut)
     json["left_out"].push_back({{"kind", what.first}, {"reason", what.second}, {"count", count}});

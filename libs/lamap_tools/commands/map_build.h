@@ -22,6 +22,9 @@ struct BuildOptions
   std::string outPath;
   /// 0: as many as the machine has. Never changes the map.
   unsigned threads = 0;
+  /// Stop at the first scan or file that cannot be read or learned; nothing is saved then. Else it is left
+  /// out.
+  bool strict = false;
 };
 
 struct BuildReport

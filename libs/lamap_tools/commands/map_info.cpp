@@ -18,16 +18,19 @@ CellSummary summarizeCells(const CellMap& map)
   CellSummary summary;
   summary.resolution_m = map.resolution();
   summary.evidenceNames = map.evidenceNames();
-  map.visitCells(
-      [&](const CellIndex& cell, const CellEstimate& estimate)
+  map.visitLeaves(
+      [&](const CellIndex& first, int edge, const CellEstimate& estimate)
       {
-        if (!summary.extent) summary.extent = CellExtent{cell, cell};
-        summary.extent->include(cell);
-        if (estimate.state == CellState::Free) ++summary.free;
-        if (estimate.state == CellState::Occupied) ++summary.occupied;
-        if (estimate.state == CellState::Unknown) ++summary.unknown;
+        if (!summary.extent) summary.extent = CellExtent{first, first};
+        summary.extent->include(first);
+        summary.extent->include({first.x + edge - 1, first.y + edge - 1, first.z + edge - 1});
+        const auto along = static_cast<uint64_t>(edge);
+        const uint64_t cells = along * along * along;
+        if (estimate.state == CellState::Free) summary.free += cells;
+        if (estimate.state == CellState::Occupied) summary.occupied += cells;
+        if (estimate.state == CellState::Unknown) summary.unknown += cells;
         for (size_t i = 0; i < summary.evidenceNames.size(); ++i)
-          summary.evidenceSums[i] += estimate.evidence[i];
+          summary.evidenceSums[i] += static_cast<double>(cells) * estimate.evidence[i];
       });
   return summary;
 }

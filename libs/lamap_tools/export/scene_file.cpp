@@ -1,4 +1,6 @@
+#include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/files/atomic_file.h>
+#include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/learned_map/scene_anchor.h>
 #include <lamap_tools/cells/cell_table.h>
 #include <lamap_tools/export/export_map.h>
@@ -87,7 +89,14 @@ void writeScene(const CellMap& map, const std::string& path, const StateSet& sta
   camera.setElevationDegrees(40);
 
   AtomicFile file(path);
-  if (!scene.saveToFile(file.temporaryPath())) throw std::runtime_error(path + ": cannot be written");
+  try
+  {
+    writeCompressed(scene, file.temporaryPath());
+  }
+  catch (const std::exception& error)
+  {
+    throw std::runtime_error(path + ": cannot be written: " + compat::messageOf(error));
+  }
   file.commit();
 }
 

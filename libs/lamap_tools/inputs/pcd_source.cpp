@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <iterator>
 #include <map>
+#include <new>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -243,6 +244,10 @@ class PcdSource : public ScanSource
       {
         return scanOf(i);
       }
+      catch (const std::bad_alloc&)
+      {
+        damages_.push_back(files_[i] + ": not enough memory");
+      }
       catch (const std::runtime_error& error)
       {
         // The source's own path is named by whoever reports the damage.
@@ -285,6 +290,7 @@ class PcdSource : public ScanSource
     const Eigen::Isometry3d frame =
         poses_.empty() ? viewpointOf(cloud, files_[i]) : isometryOf(poses_[i]->pose_map);
     PointScan points{kPcdFile, {}};
+    points.name = files_[i];
     RayFan& fan = points.scan.fans.emplace_back();
     if (inSensorFrame_) points.scan.sensorPose_map = frame;
     fan.centre = inSensorFrame_ ? sensorOrigin_ : frame * sensorOrigin_;

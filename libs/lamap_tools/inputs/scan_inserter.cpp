@@ -13,6 +13,7 @@
 
 #include <new>
 #include <numeric>
+#include <stdexcept>
 
 namespace lamap::tools
 {
@@ -34,6 +35,21 @@ bool isSingleBeam(const mrpt::obs::CObservation& observation)
          IS_CLASS(observation, mrpt::obs::CObservationRange);
 }
 
+/// What a scan is called in reports.
+std::string kindOf(const ScanItem& item)
+{
+  if (const auto* observed = std::get_if<ObservedScan>(&item)) return shortClassName(*observed->observation);
+  if (const auto* points = std::get_if<PointScan>(&item)) return points->kind;
+  return std::get<LeftOutScan>(item).kind;
+}
+
+/// "NAME: ", or nothing where a scan has no name of its own.
+std::string nameOf(const ScanItem& item)
+{
+  const auto* points = std::get_if<PointScan>(&item);
+  return points == nullptr || points->name.empty() ? "" : points->name + ": ";
+}
+
 }  // namespace
 
 size_t InsertionTally::usedCount() const
@@ -45,52 +61,38 @@ size_t InsertionTally::usedCount() const
 
 void ScanInserter::insert(const ScanItem& item)
 {
-  std::visit([this](const auto& scan) { insert(scan); }, item);
-}
-
-void ScanInserter::insert(const ObservedScan& scan)
-{
-  count(shortClassName(*scan.observation), tryInserting(scan));
-}
-
-void ScanInserter::insert(const PointScan& scan)
-{
-  count(scan.kind, tryInserting(scan));
-}
-
-void ScanInserter::insert(const LeftOutScan& scan)
-{
-  count(scan.kind, scan.reason);
+  const std::string kind = kindOf(item);
+  std::string reason;
+  try
+  {
+    reason = std::visit([this](const auto& scan) { return tryInserting(scan); }, item);
+  }
+  catch (const std::exception& error)
+  {
+    const bool isMemory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
+    reason = nameOf(item) + (isMemory ? "not enough memory" : compat::messageOf(error));
+    if (strict_) throw std::runtime_error(kind + ": " + reason);
+    ++tally_.failed;
+  }
+  count(kind, reason);
 }
 
 std::string ScanInserter::tryInserting(const ObservedScan& scan)
 {
   if (!map_.genericMapParams.enableObservationInsertion)
     return "the map has enableObservationInsertion = false";
-  try
+  if (auto* learned = dynamic_cast<CLearnedMap*>(&map_))
   {
-    if (auto* learned = dynamic_cast<CLearnedMap*>(&map_))
-    {
-      if (!supportsObservation(*scan.observation)) return "the map takes no observation of this class";
-      const bool taken = scan.uncertainPose_map
-                             ? learned->insertObservationAt(*scan.observation, *scan.uncertainPose_map)
-                             : learned->insertObservation(*scan.observation, scan.robotPose_map);
-      return taken ? "" : "it holds no ray that can be used";
-    }
-    const bool isOctree = dynamic_cast<const mrpt::maps::COctoMap*>(&map_) != nullptr;
-    if (isPointCloud(*scan.observation) || (isOctree && isSingleBeam(*scan.observation)))
-      return insertPoints(*raysOf(*scan.observation, scan.robotPose_map)) ? "" : "the map took nothing of it";
-    scan.observation->load();
-    return map_.insertObservation(*scan.observation, scan.robotPose_map) ? "" : "the map took nothing of it";
+    if (!supportsObservation(*scan.observation)) return "the map takes no observation of this class";
+    const bool taken =
+        learned->learnObservation(*scan.observation, scan.robotPose_map, scan.uncertainPose_map.get());
+    return taken ? "" : "it holds no ray that can be used";
   }
-  catch (const std::bad_alloc&)
-  {
-    throw;
-  }
-  catch (const std::exception& error)
-  {
-    return compat::messageOf(error);
-  }
+  const bool isOctree = dynamic_cast<const mrpt::maps::COctoMap*>(&map_) != nullptr;
+  if (isPointCloud(*scan.observation) || (isOctree && isSingleBeam(*scan.observation)))
+    return insertPoints(*raysOf(*scan.observation, scan.robotPose_map)) ? "" : "the map took nothing of it";
+  scan.observation->load();
+  return map_.insertObservation(*scan.observation, scan.robotPose_map) ? "" : "the map took nothing of it";
 }
 
 std::string ScanInserter::tryInserting(const PointScan& scan)

@@ -16,6 +16,7 @@ struct InsertionTally
   std::map<std::string, size_t> used;  ///< by kind: the observation's class, "PCD file", …
   /// By kind and reason.
   std::map<std::pair<std::string, std::string>, size_t> leftOut;
+  size_t failed = 0;  ///< of those left out, how many could not be read or learned
 
   [[nodiscard]] size_t usedCount() const;
 };
@@ -36,24 +37,25 @@ void printLeftOut(const InsertionTally& tally, std::ostream& out, const std::str
 class ScanInserter
 {
  public:
-  explicit ScanInserter(mrpt::maps::CMetricMap& map) : map_(map) {}
+  /// @param strict stops at the first scan that cannot be read or learned
+  explicit ScanInserter(mrpt::maps::CMetricMap& map, bool strict = false) : map_(map), strict_(strict) {}
 
-  /// One scan that cannot be inserted is counted with its reason; the others go on. @throws std::bad_alloc
+  /** One scan that cannot be inserted, whatever its source, is counted with its reason; the others go on.
+   * @throws std::runtime_error with kind and reason if it is strict */
   void insert(const ScanItem& item);
 
   [[nodiscard]] const InsertionTally& tally() const { return tally_; }
 
  private:
-  void insert(const ObservedScan& scan);
-  void insert(const PointScan& scan);
-  void insert(const LeftOutScan& scan);
   /// @return why the map took nothing; empty if it did
   [[nodiscard]] std::string tryInserting(const ObservedScan& scan);
   [[nodiscard]] std::string tryInserting(const PointScan& scan);
+  [[nodiscard]] std::string tryInserting(const LeftOutScan& scan) { return scan.reason; }
   [[nodiscard]] bool insertPoints(const Scan& scan);
   void count(const std::string& kind, const std::string& reason);
 
   mrpt::maps::CMetricMap& map_;
+  bool strict_;
   InsertionTally tally_;
 };
 

@@ -34,6 +34,7 @@ struct PointScan
   std::string kind;  ///< what it was read from, for reports: "PCD file", "graph scan", "sonar ping"
   Scan scan;
   std::optional<mrpt::Clock::time_point> time{};  ///< where its file states one
+  std::string name{};                             ///< of its file, where it has one to itself
 };
 
 /// Something that is not inserted, and why.

@@ -86,7 +86,7 @@ std::optional<Scan> scanOf(const ScanItem& item)
   {
     return raysOf(*observed->observation, observed->robotPose_map);
   }
-  catch (const std::runtime_error&)
+  catch (const std::exception&)
   {
     return std::nullopt;
   }
