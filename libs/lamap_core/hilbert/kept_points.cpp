@@ -48,7 +48,8 @@ void KeptPoints::addPoints(const HilbertTrainingSet& set, const HilbertFrame& fr
   added.reserve(set.size());
   for (size_t i = 0; i < set.size(); ++i)
     added.push_back({set.points[i] + cornerOf(frame.anchorSite, frame.spacing_m), set.labels[i],
-                     set.weights[i], set.covariances.empty() ? Eigen::Matrix3d::Zero() : set.covariances[i]});
+                     set.weights[i], set.covariances.empty() ? Eigen::Matrix3d::Zero() : set.covariances[i],
+                     i < set.variances.size() ? static_cast<double>(set.variances[i]) : 0.0});
   points_.insert(points_.end(), added.begin(), added.end());
 }
 
@@ -107,7 +108,12 @@ std::pair<HilbertFrame, HilbertTrainingSet> KeptPoints::trainingSet(const Hilber
   if (anyCovariance)
   {
     set.covariances.assign(certain, Eigen::Matrix3d::Zero());
-    for (const HilbertState::Point& point : points_) set.covariances.push_back(point.covariance);
+    set.variances.assign(certain, 0.0f);
+    for (const HilbertState::Point& point : points_)
+    {
+      set.covariances.push_back(point.covariance);
+      set.variances.push_back(static_cast<float>(point.variance));
+    }
   }
   return {*frame, std::move(set)};
 }
@@ -137,6 +143,7 @@ void KeptPoints::restore(const HilbertState& state, const HilbertStructure& stru
   for (const HilbertState::Point& point : state.points)
   {
     HilbertState::require(point.place.allFinite() && point.covariance.allFinite() && isWeight(point.weight) &&
+                              isWeight(static_cast<float>(point.variance)) &&
                               (point.label == 0.0f || point.label == 1.0f),
                           "a training point is not legal");
     HilbertState::require(HilbertFrame::inMap(point.place, structure.resolution, structure.latticeSpacing,

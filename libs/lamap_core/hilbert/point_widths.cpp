@@ -6,15 +6,6 @@
 
 namespace lamap
 {
-namespace
-{
-double varianceOf(const HilbertTrainingSet& set, size_t point, bool planar)
-{
-  const Eigen::Matrix3d& covariance = set.covariances[point];
-  return planar ? 0.5 * (covariance(0, 0) + covariance(1, 1)) : covariance.trace() / 3;
-}
-}  // namespace
-
 PointWidths::PointWidths(const HilbertStructure& structure)
     : planar_(structure.planar), sum_(structure.kernel(), structure.latticeSpacing, structure.planar)
 {
@@ -31,13 +22,13 @@ CellIndex PointWidths::siteOf(const Eigen::Vector3d& point, const HilbertFrame& 
 std::vector<PointWidths::Share> PointWidths::prepare(const HilbertTrainingSet& set, const HilbertFrame& frame)
 {
   std::vector<Share> shares;
-  if (set.covariances.empty() && empty()) return shares;
+  if (set.variances.empty() && empty()) return shares;
   shares.reserve(set.size());
   for (size_t i = 0; i < set.size(); ++i)
   {
     const CellIndex site = siteOf(set.points[i], frame);
-    const double variance = set.covariances.empty() ? 0.0 : varianceOf(set, i, planar_);
-    shares.push_back({site, set.weights[i], set.weights[i] * static_cast<float>(variance)});
+    const float variance = i < set.variances.size() ? set.variances[i] : 0.0f;
+    shares.push_back({site, set.weights[i], set.weights[i] * variance});
     if (!(variance > 0) || variances_.find(site) != nullptr) continue;
     SiteSet::Bits bits{};
     const uint32_t offset = SiteSet::offsetOf(site);

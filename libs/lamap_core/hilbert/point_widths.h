@@ -11,7 +11,8 @@
 
 namespace lamap
 {
-/** How uncertain the training points of a map are, by place: the mean variance of those nearby.
+/** How surely the training points of a map are placed: the mean variance of those nearby, from errors of
+ * poses, ranges and points. (The widths of beams are none: what lies between beams is there.)
  *
  * A model that was trained on uncertain points is asked with their variance, or it would be surer of an exact
  * point than its training points were placed. Sites of the lattice hold the sums of the weights and of the

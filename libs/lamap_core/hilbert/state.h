@@ -34,6 +34,7 @@ struct HilbertState
     float label = 0;
     float weight = 1;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    double variance = 0;  ///< [m²] of its errors, see HilbertTrainingSet
   };
 
   /// Cells that rays saw, in a block of 8³, see SeenCells.

@@ -58,10 +58,25 @@ double rounded(double length_m)
   return std::floor(length_m * 0x1p24 + 0.5) * 0x1p-24;
 }
 
+/// @param asked the shape as the model is asked
+std::optional<float> logoddsBy(const HilbertModel& model, const ModelShape& asked, const Eigen::Vector3d& p)
+{
+  if (asked.compact())
+  {
+    const ReachedLogodds answer = asked.sum->at(model.sites, {}, p);
+    return answer.reached ? std::optional<float>(answer.logodds) : std::nullopt;
+  }
+  double sum = model.bias;
+  for (size_t k = 0; k < model.inducing.size(); ++k)
+    sum += static_cast<double>(model.kernelWeights[k]) *
+           portableExp(-asked.gamma * (p - model.inducing[k]).squaredNorm());
+  return static_cast<float>(sum);
+}
+
 auto fieldsOf(const HilbertModel& m)
 {
   return std::tie(m.sites, m.inducing, m.kernelWeights, m.bias, m.boxLow, m.boxHigh, m.hits, m.fieldWeight,
-                  m.scans);
+                  m.variance, m.scans);
 }
 
 }  // namespace
@@ -143,6 +158,37 @@ bool ModelShape::holds(const Eigen::Vector3d& p) const
   return p.allFinite() && isNear(p.x()) && isNear(p.y()) && (planar || isNear(p.z()));
 }
 
+double ModelShape::shareOf(double variance) const
+{
+  const double widening = 1 + 2 * gamma * variance;
+  return planar ? 1 / widening : 1 / (widening * std::sqrt(widening));
+}
+
+ModelShape ModelShape::widened(double variance) const
+{
+  if (variance == 0) return *this;
+  ModelShape wide = *this;
+  wide.gamma = gamma / (1 + 2 * gamma * variance);
+  wide.cutoff = compact() ? cutoff / shareOf(variance) : 0.0;
+  wide.support_m = std::sqrt(-portableLog(compact() ? wide.cutoff : kNothing) / wide.gamma);
+  if (compact()) wide.sum.emplace(CompactKernel(wide.gamma, wide.cutoff), spacing_m, planar);
+  return wide;
+}
+
+double ModelShape::askable(double variance) const
+{
+  if (!compact()) return variance;
+  const auto isLegal = [&](double some)
+  {
+    if (!(cutoff < shareOf(some))) return false;
+    const double support = std::sqrt(-portableLog(cutoff / shareOf(some)) * (1 / gamma + 2 * some));
+    return support >= support_m && 2 * support / spacing_m + 1 < AxisReach::kMaxSites;
+  };
+  constexpr double kNone_m2 = 1e-9;
+  while (variance > kNone_m2 && !isLegal(variance)) variance *= 0.5;
+  return variance > kNone_m2 ? variance : 0.0;
+}
+
 DepthView::Seen HilbertModel::seen(const std::array<Eigen::Vector3d, 4>& places) const
 {
   DepthView::Seen seen;
@@ -152,16 +198,7 @@ DepthView::Seen HilbertModel::seen(const std::array<Eigen::Vector3d, 4>& places)
 
 std::optional<float> HilbertModel::logoddsAt(const ModelShape& shape, const Eigen::Vector3d& p) const
 {
-  if (shape.compact())
-  {
-    const ReachedLogodds answer = shape.sum->at(sites, {}, p);
-    return answer.reached ? std::optional<float>(answer.logodds) : std::nullopt;
-  }
-  double sum = bias;
-  for (size_t k = 0; k < inducing.size(); ++k)
-    sum +=
-        static_cast<double>(kernelWeights[k]) * portableExp(-shape.gamma * (p - inducing[k]).squaredNorm());
-  return static_cast<float>(sum);
+  return variance > 0 ? logoddsBy(*this, shape.widened(variance), p) : logoddsBy(*this, shape, p);
 }
 
 int64_t logoddsUnits(float logodds, double weight)
@@ -274,6 +311,8 @@ void HilbertModel::check(const ModelShape& shape) const
                       { return held(view.image().sensor) && view.image().planar == shape.planar; }),
           "a view is not of this map, or its sensor out of reach");
   require(fieldWeight >= 1e-3 && fieldWeight <= 1e3, "the weight of its field is not legal");
+  require(variance >= 0 && std::isfinite(variance) && shape.askable(variance) == variance,
+          "its training points are too uncertain");
   require(scans >= 1, "it was trained on no scan");
 }
 

@@ -60,6 +60,14 @@ struct ModelShape
   std::optional<CompactSum> sum;  ///< of compact features
   bool speaksOutOfField;          ///< does a model say anything outside of its field?
 
+  /// What an uncertain question's log-odds are smaller by, see widened(). @param variance [m²]
+  [[nodiscard]] double shareOf(double variance) const;
+  /** The shape as a model whose training points have this variance along each axis is asked: the expected
+   * kernel of a point x is share·exp(−γd²/(1 + 2γ·variance)), and the share is in the model's weights. */
+  [[nodiscard]] ModelShape widened(double variance) const;
+  /// The variance, or as much of it as leaves a kernel that the lattice can have.
+  [[nodiscard]] double askable(double variance) const;
+
   [[nodiscard]] bool compact() const { return features == HilbertFeatures::Compact; }
   /// Height of all positions in the models of a planar map [m].
   [[nodiscard]] double flatHeight() const { return 0.5 * spacing_m; }
@@ -86,7 +94,9 @@ struct HilbertModel
    * cell is at least kHitLogodds: the free space around a thin thing is far more than its hits. */
   std::vector<Eigen::Vector3f> hits;
   double fieldWeight = 1;  ///< of log-odds in the field
-  uint32_t scans = 1;      ///< it was trained on
+  /// Mean of the training points' variances along each axis [m²]: questions are as uncertain.
+  double variance = 0;
+  uint32_t scans = 1;  ///< it was trained on
 
   /// Smallest weight of a site: log-odds of exactly 0 mean that no feature reaches.
   static constexpr float kSmallestWeight = 0x1p-40f;

@@ -180,6 +180,7 @@ void ModelFusion::choose(const HilbertModel& model, const ModelPose& pose, const
 {
   blockShape_ = blockShape;
   model_ = &model;
+  shape_ = certain_.widened(model.variance);
   pose_ = pose;
   findWindow();
   requireFewTiles();

@@ -24,7 +24,7 @@ class ModelFusion
   static constexpr double kMostPairs = 0x1p29;
 
   /// @param layer of the cells of a planar map
-  ModelFusion(const ModelShape& shape, int32_t layer) : shape_(shape), layer_(layer) {}
+  ModelFusion(const ModelShape& shape, int32_t layer) : certain_(shape), shape_(shape), layer_(layer) {}
 
   /** Chooses the model that blocks() and infer() speak of; it must outlive them.
    * @throws std::length_error if the model's box has too many cells, or its kernels reach too many */
@@ -71,7 +71,8 @@ class ModelFusion
   [[nodiscard]] CellIndex firstCellOf(const BlockIndex& tile) const;
   void inferGroup(const BlockGroups::Group& group, Worker& worker, const std::vector<BlockIndex>* wanted);
 
-  ModelShape shape_;
+  ModelShape certain_;  ///< of the map
+  ModelShape shape_;    ///< as the model is asked
   int32_t layer_;
   BlockShape blockShape_{1, false};  ///< of the map
   const HilbertModel* model_ = nullptr;

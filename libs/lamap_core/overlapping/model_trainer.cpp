@@ -39,6 +39,29 @@ std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldR
   return views;
 }
 
+/// Is a place of the model so certain that it may be told from the next cell?
+bool isWithinCell(const ModelScan& scan, const Eigen::Vector3d& place, const ModelShape& shape)
+{
+  if (!scan.uncertainty) return true;
+  const Eigen::Matrix3d covariance = scan.uncertainty->of(place, scan.rays.firstCentre_map());
+  const double halfCell = 0.5 * shape.resolution_m;
+  return (shape.planar ? inPlane(covariance) : covariance).trace() <= halfCell * halfCell;
+}
+
+/// Of the points' errors, by their weights [m²].
+double meanVariance(const HilbertTrainingSet& set)
+{
+  double weights = 0;
+  double variances = 0;
+  for (size_t i = 0; i < set.variances.size(); ++i)
+  {
+    const double weight = static_cast<double>(set.weights[i]);
+    weights += weight;
+    variances += weight * static_cast<double>(set.variances[i]);
+  }
+  return weights > 0 ? variances / weights : 0.0;
+}
+
 /// Where narrow rays ended; the echo of a wide beam may have come from elsewhere.
 std::vector<Eigen::Vector3f> hitsOf(const std::vector<ModelScan>& scans, BeamWidth beamWidth,
                                     const ModelShape& shape)
@@ -49,7 +72,8 @@ std::vector<Eigen::Vector3f> hitsOf(const std::vector<ModelScan>& scans, BeamWid
     {
       const BeamCone cone = coneOf(scan.rays.scan, fan, beamWidth, shape.planar);
       for (const Ray& ray : fan.rays)
-        if (ray.meaning == RayEnd::Return && !cone.isWide(fan.directionOf(ray), shape.resolution_m))
+        if (ray.meaning == RayEnd::Return && !cone.isWide(fan.directionOf(ray), shape.resolution_m) &&
+            isWithinCell(scan, ray.end, shape))
           hits.push_back(ray.end.cast<float>());
     }
   return hits;
@@ -116,11 +140,12 @@ std::optional<HilbertModel> HilbertModelTrainer::train(const std::vector<ModelSc
                         inference.beamWidth, shape.planar);
   model.fieldWeight = inference.fieldWeight;
   model.scans = static_cast<uint32_t>(scans.size());
+  model.variance = shape.askable(meanVariance(set));
   if (inference.rules().protectHits > 0) model.hits = hitsOf(scans, inference.beamWidth, shape);
   if (shape.compact())
     trainCompact(set, shape, structure, inference, workers, model);
   else
-    trainNystroem(set, structure, inference, workers, model);
+    trainNystroem(set, shape, structure, inference, workers, model);
   return model;
 }
 
@@ -147,24 +172,26 @@ void HilbertModelTrainer::trainCompact(const HilbertTrainingSet& set, const Mode
   findWeights(compact_.rows(), set, structure, inference, workers);
 
   const SiteSet& sites = compact_.sites();
+  const double share = shape.shareOf(model.variance);
   model.sites.weights.reserve(compact_.numbers().used().size());
   for (const size_t number : sites.sortedBlocks())
   {
     const BlockIndex& block = sites.blocks()[number];
     model.sites.blocks.push_back(block);
     model.sites.bits.push_back(sites.bits(number));
-    SiteBits::forEach(
-        sites.bits(number), block,
-        [&](const CellIndex& site)
-        {
-          const int64_t weight = compact_.numbers().numberOf(site);
-          model.sites.weights.push_back(notZero(boundedWeight(weights_[static_cast<size_t>(weight)])));
-        });
+    SiteBits::forEach(sites.bits(number), block,
+                      [&](const CellIndex& site)
+                      {
+                        const int64_t weight = compact_.numbers().numberOf(site);
+                        model.sites.weights.push_back(notZero(boundedWeight(
+                            static_cast<float>(share) * weights_[static_cast<size_t>(weight)])));
+                      });
   }
   model.sites.number();
 }
 
-void HilbertModelTrainer::trainNystroem(const HilbertTrainingSet& set, const OverlappingStructure& structure,
+void HilbertModelTrainer::trainNystroem(const HilbertTrainingSet& set, const ModelShape& shape,
+                                        const OverlappingStructure& structure,
                                         const OverlappingInference& inference, const Workers& workers,
                                         HilbertModel& model)
 {
@@ -175,7 +202,9 @@ void HilbertModelTrainer::trainNystroem(const HilbertTrainingSet& set, const Ove
   const NystroemFeatures::Folded folded = features.fold(weights_);
   model.inducing = features.inducing();
   model.kernelWeights.reserve(folded.kernelWeights.size());
-  for (const float weight : folded.kernelWeights) model.kernelWeights.push_back(boundedWeight(weight));
+  const double share = shape.shareOf(model.variance);
+  for (const float weight : folded.kernelWeights)
+    model.kernelWeights.push_back(boundedWeight(static_cast<float>(share) * weight));
   model.bias = boundedWeight(folded.bias);
 }
 

@@ -29,8 +29,9 @@ class HilbertModelTrainer
   void trainCompact(const HilbertTrainingSet& set, const ModelShape& shape,
                     const OverlappingStructure& structure, const OverlappingInference& inference,
                     const Workers& workers, HilbertModel& model);
-  void trainNystroem(const HilbertTrainingSet& set, const OverlappingStructure& structure,
-                     const OverlappingInference& inference, const Workers& workers, HilbertModel& model);
+  void trainNystroem(const HilbertTrainingSet& set, const ModelShape& shape,
+                     const OverlappingStructure& structure, const OverlappingInference& inference,
+                     const Workers& workers, HilbertModel& model);
   void findWeights(FeatureRows& rows, const HilbertTrainingSet& set, const OverlappingStructure& structure,
                    const OverlappingInference& inference, const Workers& workers);
 

@@ -11,6 +11,7 @@ void HilbertTrainingSet::clear()
   labels.clear();
   weights.clear();
   covariances.clear();
+  variances.clear();
 }
 
 void HilbertTrainingSet::add(const Eigen::Vector3d& point, bool occupied, double weight)
@@ -38,11 +39,13 @@ void HilbertTrainingSet::blur(size_t first, const HilbertUncertainty& uncertaint
                               const Eigen::Vector3d& sensor, double gamma, bool planar)
 {
   covariances.resize(size(), Eigen::Matrix3d::Zero());
+  variances.resize(size(), 0.0f);
   for (size_t i = first; i < size(); ++i)
   {
     const Eigen::Matrix3d added = uncertainty.of(points[i], sensor);
     const Eigen::Matrix3d covariance = planar ? inPlane(added) : added;
     covariances[i] += covariance;
+    variances[i] = static_cast<float>(covariance.trace() / (planar ? 2 : 3));
     weights[i] *= static_cast<float>(
         1 / std::sqrt((Eigen::Matrix3d::Identity() + 4 * gamma * covariance).determinant()));
   }

@@ -17,6 +17,8 @@ struct HilbertTrainingSet
   std::vector<float> weights;           ///< > 0
   /// [m²] of each point; empty where all points are certain.
   std::vector<Eigen::Matrix3d> covariances;
+  /// [m²] of what blur() added to each point, mean over the axes; empty where it added nothing.
+  std::vector<float> variances;
 
   [[nodiscard]] size_t size() const { return points.size(); }
   void clear();

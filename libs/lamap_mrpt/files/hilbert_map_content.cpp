@@ -90,16 +90,20 @@ void writePoint(const HilbertState::Point& point, ByteWriter& out)
   out.number(point.label);
   out.number(point.weight);
   out.number(!point.covariance.isZero(0));
-  if (!point.covariance.isZero(0)) writeMatrix(point.covariance, out);
+  if (point.covariance.isZero(0)) return;
+  writeMatrix(point.covariance, out);
+  out.number(point.variance);
 }
 
-HilbertState::Point readPoint(ByteReader& in)
+HilbertState::Point readPoint(ByteReader& in, uint8_t version)
 {
   HilbertState::Point point;
   point.place = readMatrix<Eigen::Vector3d>(in);
   point.label = in.number<float>();
   point.weight = in.number<float>();
-  if (in.number<bool>()) point.covariance = readMatrix<Eigen::Matrix3d>(in);
+  if (!in.number<bool>()) return point;
+  point.covariance = readMatrix<Eigen::Matrix3d>(in);
+  if (version > 3) point.variance = in.number<double>();
   return point;
 }
 }  // namespace
@@ -145,7 +149,7 @@ HilbertState readHilbertState(ByteReader& in, uint8_t version)
             points.frees = in.number<float>();
             return points;
           });
-  readAll(state.points, kPlaceBytes + 2 * sizeof(float) + 1, in, [&] { return readPoint(in); });
+  readAll(state.points, kPlaceBytes + 2 * sizeof(float) + 1, in, [&] { return readPoint(in, version); });
   return state;
 }
 

@@ -75,6 +75,7 @@ void writeModel(const HilbertModel& model, ByteWriter& out)
   writeAll(model.hits, out, [&](const Eigen::Vector3f& hit) { writeMatrix(hit, out); });
   out.number(model.fieldWeight);
   out.number(model.scans);
+  out.number(model.variance);
 }
 
 std::shared_ptr<const HilbertModel> readModel(ByteReader& in, uint8_t version)
@@ -100,6 +101,7 @@ std::shared_ptr<const HilbertModel> readModel(ByteReader& in, uint8_t version)
     readAll(model->hits, 3 * sizeof(float), in, [&] { return readMatrix<Eigen::Vector3f>(in); });
   model->fieldWeight = in.number<double>();
   model->scans = in.number<uint32_t>();
+  if (version > 3) model->variance = in.number<double>();
   return model;
 }
 

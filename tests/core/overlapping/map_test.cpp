@@ -405,6 +405,70 @@ TEST(OverlappingMapProperty, ItsPartsAreTheWholeState)
   }
 }
 
+/// A map of some rooms, from poses whose positions have this standard deviation.
+OverlappingHilbertMap mapOfUncertainPoses(const OverlappingOptions& options, const std::vector<Scan>& scans,
+                                          double std_m)
+{
+  OverlappingHilbertMap map(options.structure);
+  HilbertUncertainty uncertainty;
+  uncertainty.pose.topLeftCorner<3, 3>().diagonal().setConstant(std_m * std_m);
+  for (const Scan& scan : scans) map.insert(scan, options.inference, &uncertainty);
+  return map;
+}
+
+// By hand: E[exp(−γd²)] = share·exp(−γd²/(1 + 2γσ²)), less the cutoff where features are compact.
+TEST(OverlappingMapProperty, AModelIsAskedAsUncertainAsItsTrainingPointsAre)
+{
+  constexpr double kVariance = 0.15 * 0.15;
+  for (unsigned seed = 1; seed <= seeds(6); ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const OverlappingOptions options = randomOptions(random);
+    const std::vector<Scan> scans = roomScans(random, smallRoom(options), 2);
+    const OverlappingHilbertMap map = mapOfUncertainPoses(options, scans, std::sqrt(kVariance));
+    ASSERT_GT(map.modelCount(), 0u);
+    const HilbertModel& model = *map.models()[0].model;
+    EXPECT_NEAR(model.variance, kVariance, 1e-9);
+    EXPECT_TRUE(model.hits.empty());
+    const ModelShape shape(options.structure);
+    const double widening = 1 + 2 * shape.gamma * kVariance;
+    const double share = std::pow(widening, options.structure.planar ? -1.0 : -1.5);
+    int asked = 0;
+    for (int i = 0; i < 100; ++i)
+    {
+      Eigen::Vector3d p = random.inCube(2);
+      if (options.structure.planar) p.z() = shape.flatHeight();
+      double sum = model.bias;
+      model.forEachKernel(shape,
+                          [&](const Eigen::Vector3d& centre, float weight)
+                          {
+                            Eigen::Vector3d d = p - centre;
+                            if (options.structure.planar) d.z() = 0;
+                            const double kernel = share * std::exp(-shape.gamma * d.squaredNorm() / widening);
+                            sum += static_cast<double>(weight) / share * std::max(0.0, kernel - shape.cutoff);
+                          });
+      const auto said = model.logoddsAt(shape, p);
+      if (!said) continue;
+      ++asked;
+      EXPECT_NEAR(*said, sum, 1e-3 * (1 + std::abs(sum)));
+    }
+    EXPECT_GT(asked, 10);
+    // The cells say what the models say at their centres.
+    int compared = 0;
+    map.visitCells({},
+                   [&](const CellIndex& cell, const CellEstimate& estimate)
+                   {
+                     if (++compared % 50 != 0) return;
+                     const auto there = map.continuousAt(cellCentre(cell, options.structure.resolution), {});
+                     ASSERT_TRUE(there);
+                     EXPECT_NEAR(there->evidence[0], estimate.evidence[0],
+                                 2e-3 * (1 + std::abs(estimate.evidence[0])));
+                   });
+    EXPECT_GT(compared, 100);
+  }
+}
+
 TEST(OverlappingMap, RefusesPartsThatItCouldNotHave)
 {
   Random random(1);
@@ -430,6 +494,9 @@ TEST(OverlappingMap, RefusesPartsThatItCouldNotHave)
   refused([](HilbertModel& m, ModelPose&) { m.bias = 1; });
   refused([](HilbertModel& m, ModelPose&) { m.fieldWeight = 0; });
   refused([](HilbertModel& m, ModelPose&) { m.scans = 0; });
+  refused([](HilbertModel& m, ModelPose&) { m.variance = -0.01; });
+  refused([](HilbertModel& m, ModelPose&) { m.variance = NAN; });
+  refused([](HilbertModel& m, ModelPose&) { m.variance = 1e3; });
   refused([](HilbertModel&, ModelPose& p) { p.rotation *= 2; });
   refused([](HilbertModel&, ModelPose& p) { p.offset_m.x() = NAN; });
 }

@@ -204,6 +204,7 @@ TEST(HilbertTrainingSet, TakesWidthsAndUncertainty)
             Eigen::Matrix3d(Eigen::Vector3d(1 + 1.0 / 16, 4 + 1.0 / 16, 1.0 / 16).asDiagonal()));
   // It weighs less by |I + 4·2·diag(1, 4, 0)|^(−1/2), the same point without uncertainty as before.
   EXPECT_EQ(set.weights[0], 2.0f);
+  EXPECT_EQ(set.variances, (std::vector<float>{0, 2.5f}));
   EXPECT_NEAR(set.weights[1], 1 / std::sqrt(9.0 * 33.0), 1e-6);
 }
 
