@@ -62,7 +62,7 @@ set(LAMAP_PUBLIC_HEADERS
 
 # What these headers declare and do not define, in namespace lamap: classes of the core with all their members, …
 set(LAMAP_PUBLIC_CORE_CLASSES
-  Scan RangeOptions SamplingOptions EvidenceMap*
+  Scan RangeOptions SamplingOptions
   BgkStructure BgkInference BgkReading BgkMap
   GpStructure GpInference GpReading GpMap
   HilbertStructure HilbertInference HilbertUncertainty HilbertMap
@@ -74,9 +74,15 @@ set(LAMAP_PUBLIC_MRPT_CLASSES
   CLearnedMap CBGKMap CGPMap CHilbertMap COverlappingHilbertMap
   NearestCells TOptionGroup
 )
-# … and functions. * is any text, ? any character. Of LearnerMap, what MRPT calls through its own classes is left out.
+# … and functions. * is any text, ? any character. Of LearnerMap, what MRPT calls through its own classes is left out, of
+# EvidenceMap what the maps alone call.
 set(LAMAP_PUBLIC_FUNCTIONS
-  cellCentre cellAt presetOptions operator???
+  cellCentre cellAt presetOptions
+  operator???lamap::Bgk operator???lamap::Gp operator???lamap::HilbertStructure operator???lamap::Overlapping
+  operator???lamap::Evidence
+  EvidenceMap*::cell EvidenceMap*::at EvidenceMap*::visitCells EvidenceMap*::memoryBytes EvidenceMap*::evidence
+  EvidenceMap*::restoreEvidence EvidenceMap*::structure EvidenceMap*::planarLayer EvidenceMap*::clear EvidenceMap*::empty
+  EvidenceMap*::merge EvidenceMap*::EvidenceMap
   LearnerMap*::LearnerMap LearnerMap*::T*Options:: LearnerMap*::TMapDefinition::TMapDefinition
   LearnerMap*::TMapDefinition::?TMapDefinition LearnerMap*::MapDefinition LearnerMap*::CreateFromMapDefinition
   LearnerMap*::alias LearnerMap*::core LearnerMap*::creationOptions LearnerMap*::estimate LearnerMap*::isEmpty
