@@ -42,7 +42,7 @@ void describe(CLI::App& command, CompareArguments& arguments)
   command
       .add_option("--max-range", options.maxRange_m,
                   "Rays of the scans held out count up to here [m]; default: as far as any map inserts them")
-      ->check(CLI::PositiveNumber)
+      ->check(lengthAboveZero())
       ->needs(every);
   addScoreOptions(command, arguments.scores);
   addLogOptions(command, arguments.log, options.inputs, options.threads);

@@ -53,7 +53,7 @@ void describe(CLI::App& command, EvalArguments& arguments)
       command
           .add_option("--max-range", options.maxRange_m,
                       "Rays of the scans held out count up to here [m]; default: as the map inserts them")
-          ->check(CLI::PositiveNumber)};
+          ->check(lengthAboveZero())};
   for (CLI::Option* option : addLogOptions(command, arguments.log, options.inputs, options.threads))
     onlyHeldOut.push_back(option);
   for (CLI::Option* option : onlyHeldOut) option->needs(every)->group("With --held-out");

@@ -41,7 +41,7 @@ void describe(CLI::App& command, TuneArguments& arguments)
   command
       .add_option("--max-range", options.maxRange_m,
                   "Score rays up to this range [m]; default: as far as the map inserts them")
-      ->check(CLI::PositiveNumber);
+      ->check(lengthAboveZero());
   addLogOptions(command, arguments.log, options.inputs, options.threads);
   command.add_flag("--json", arguments.json, "Print the scores as JSON");
 }

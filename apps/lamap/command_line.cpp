@@ -93,7 +93,8 @@ std::vector<CLI::Option*> addPingOptions(CLI::App& command, LogArguments& argume
       command.add_option("--ping-dead-zone", rules.deadZone_m, "No echo is nearer than this [m]"),
       command.add_option("--ping-separation", rules.separation_m,
                          "Of two echoes nearer to each other than this [m], the stronger counts"),
-      command.add_option("--ping-echoes", rules.mostEchoes, "Use this many echoes of a ping, the nearest")};
+      command.add_option("--ping-echoes", rules.mostEchoes, "Use this many echoes of a ping, the nearest")
+          ->check(wholeNumber(1, kMostEvery))};
 }
 
 /// One number, which then stands for both, or two.
@@ -237,6 +238,11 @@ CLI::Validator wordToNumber(std::map<std::string, int> words)
 CLI::Validator wholeNumber(int64_t low, int64_t high)
 {
   return numberFrom(low, high, "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+}
+
+CLI::Validator lengthAboveZero()
+{
+  return numberFrom(1e-6, 1e6, "a length in metres, above 0 and at most 1e6");
 }
 
 void catchStopSignals()

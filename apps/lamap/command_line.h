@@ -117,6 +117,9 @@ template <typename Enumeration>
 /// A whole number between two limits, inclusive.
 [[nodiscard]] CLI::Validator wholeNumber(int64_t low, int64_t high);
 
+/// A length in metres, above 0.
+[[nodiscard]] CLI::Validator lengthAboveZero();
+
 /// The largest N in "every Nth".
 constexpr int64_t kMostEvery = 1'000'000'000;
 

@@ -178,4 +178,13 @@ TEST(IdleSettingsDeathTest, AreToldOnceAndWithTheReason)
       "insertOpts.trainingPoints is centroids (it is cells)\n");
 }
 
+TEST(IdleSettingsDeathTest, PosesWithoutTheCovarianceThatIsToCountAreTold)
+{
+  expectToldOnce<CHilbertMap>(
+      {{"insertOpts.usePoseCovariance", "true"}},
+      "warning: insertOpts.usePoseCovariance = true: the pose of a scan has no covariance, or a zero one; "
+      "such scans count as certain\n");
+  EXPECT_EQ(cellsAndWarnings<CHilbertMap>({}).second, "");
+}
+
 }  // namespace

@@ -113,7 +113,7 @@ const std::vector<Change>& changes()
       {"beamWidth", "none", {{"insertOpts.kernelSupport", "0.1"}}, kBgk},
       {"echoWeight", "0.5", kCones},
       {"noEchoWeight", "0.5", kCones},
-      {"usePoseCovariance", "false"},
+      {"usePoseCovariance", "true"},
       {"rangeStd", "0.2"},
       {"pointStd", "0.2"},
       {"scansPerModel", "2"},

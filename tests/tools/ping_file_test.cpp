@@ -127,6 +127,8 @@ TEST_F(Pings, ABadLineIsNamedWithWhatWouldBeRight)
            {"2,0,-3,0,50\n", "must be a maximum range in metres, above 0"},
            {"noon,0,3,0,50\n", "column 1, \"noon\": must be a time in seconds"},
            {"1e15,0,3,0,50\n", "column 1, \"1e15\": must be a time in seconds"},
+           {"-1,0,3,0,50,0\n", "must be a time in seconds since 1970, of at least 0"},
+           {"2,0,3,0,50\n", "intensities: 2; of the ping before, to the same range: 3"},
            {"2,east,3,0,50\n", "column 2, \"east\": must be an azimuth"},
            {"2,0,3,0,nan\n", "column 5, \"nan\": must be an intensity"},
            {"2,0,3,0,,5\n", "column 5, \"\": must be an intensity"}})
@@ -137,6 +139,7 @@ TEST_F(Pings, ABadLineIsNamedWithWhatWouldBeRight)
     EXPECT_TRUE(says(complaint, words)) << complaint;
   }
   EXPECT_TRUE(says(complaintAbout("time,azimuth,range,bins\n"), "pings.csv: holds no ping"));
+  EXPECT_TRUE(says(complaintAbout("x,y,z,label\n0.05,0.05,3,1\n"), "pings.csv:1: column 1, \"x\""));
   // Without any intensity there is nothing to choose a threshold by: each flat profile would be an echo.
   const std::string silent = complaintOf<std::runtime_error>(
       [&] { (void)read("1, 0, 10, 0, 0, 0\n2, 9, 10, 0, 0, 0\n", PingRules{}); });

@@ -31,7 +31,7 @@ struct UncertainInputs : public BeamOptions
   /// Heavier echoes raise the recall of a Hilbert map less than they cost in log loss.
   UncertainInputs() { echoWeight = 1; }
 
-  bool usePoseCovariance = true;  ///< of the pose that an observation is inserted at, where it has one
+  bool usePoseCovariance = false;  ///< of the pose that an observation is inserted at, where it has one
   double rangeStd = 0.0;           ///< [m] along each ray
   double pointStd = 0.0;           ///< [m] of each point, along each axis
 };

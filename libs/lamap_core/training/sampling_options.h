@@ -19,7 +19,7 @@ struct SamplingOptions : public RangeOptions, public BeamOptions
   double freeDownsampling = 0.0;  ///< `Centroids`: voxel edge in which free points are averaged; 0: none
   /// `Centroids`: voxel edge in which hits are averaged; empty: one cell; 0: none
   std::optional<double> hitDownsampling;
-  bool usePoseCovariance = true;  ///< points are as uncertain as the scan's pose, where it has a covariance
+  bool usePoseCovariance = false;  ///< points are as uncertain as the scan's pose, where it has a covariance
   uint32_t protectHits =
       2;  ///< a cell with this many raw hits in a scan takes no free point; 0: none is protected
 

@@ -301,6 +301,7 @@ RayCounts LearnerMap<Learner>::learnScan(const Scan& scan)
   }
   else
   {
+    if (insertionOptions.usePoseCovariance) warnWithoutCovariance(scan);
     return map_.insert(scan, insertionOptions, threadCount());
   }
 }
@@ -360,12 +361,7 @@ void LearnerMap<Learner>::serializeFrom(mrpt::serialization::CArchive& in, uint8
     Core map(creation);
     Learner::read(map, content, version);
     TInsertionOptions insertion;
-    if (version == 1)
-    {
-      // What such files may not hold.
-      insertion.beamWidth = BeamWidth::None;
-      insertion.usePoseCovariance = false;
-    }
+    if (version == 1) insertion.beamWidth = BeamWidth::None;  // such files do not hold it
     insertion.read(content);
     Learner::validate(insertion, creation);
     insertion = TInsertionOptions(Learner::resolved(insertion, creation));

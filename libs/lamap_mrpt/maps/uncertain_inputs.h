@@ -7,7 +7,12 @@
 
 namespace lamap
 {
-/// The uncertainty of a scan's points. @return nothing if the points are certain
+/// Warns once per process if the pose of a scan should have a covariance but has none.
+void warnWithoutCovariance(const Scan& scan);
+
+/** The uncertainty of a scan's points. Warns once per process if the pose should have a covariance but has
+ * none.
+ * @return nothing if the points are certain */
 [[nodiscard]] std::optional<HilbertUncertainty> uncertaintyOf(const UncertainInputs& inputs,
                                                               const Scan& scan);
 

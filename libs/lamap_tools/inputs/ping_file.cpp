@@ -6,8 +6,10 @@
 #include <lamap_tools/inputs/ping_file.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <tuple>
@@ -72,8 +74,9 @@ Profile profileIn(const std::vector<std::string_view>& fields)
   profile.azimuth = numberAt(fields, 1, "an azimuth");
   profile.rangeMax_m = numberAt(fields, 2, "a maximum range in metres, above 0");
   constexpr double kLatestTime_s = 1e11;  // the year 5138; later ones would overflow MRPT's clock
-  if (std::abs(profile.time_s) > kLatestTime_s)
-    throw std::runtime_error("column 1, \"" + std::string(fields[0]) + "\": must be a time in seconds");
+  if (!(profile.time_s >= 0 && profile.time_s <= kLatestTime_s))
+    throw std::runtime_error("column 1, \"" + std::string(fields[0]) +
+                             "\": must be a time in seconds since 1970, of at least 0");
   if (!(profile.rangeMax_m > 0))
     throw std::runtime_error("column 3, \"" + std::string(fields[2]) +
                              "\": must be a maximum range in metres, above 0");
@@ -83,20 +86,43 @@ Profile profileIn(const std::vector<std::string_view>& fields)
   return profile;
 }
 
+/// Whether a line names the columns of pings: of other tables, e.g. of points, each line would look like one.
+bool isHeader(const std::vector<std::string_view>& fields)
+{
+  if (fields.empty()) return false;
+  std::string name(fields.front());
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return name == "t" || name.find("time") != std::string::npos || name.find("stamp") != std::string::npos;
+}
+
+/// A line that was cut short has fewer bins than another one to the same range.
+void requireSameBins(const Profile& profile, const Profile& before)
+{
+  if (profile.rangeMax_m == before.rangeMax_m && profile.intensities.size() != before.intensities.size())
+    throw std::runtime_error("intensities: " + std::to_string(profile.intensities.size()) +
+                             "; of the ping before, to the same range: " +
+                             std::to_string(before.intensities.size()) + "; one of the two lines is damaged");
+}
+
 /// Calls visit(profile) for each line of a file.
 template <typename Visit>
 void forEachProfile(const std::string& path, const std::function<bool()>& shouldStop, Visit&& visit)
 {
   std::ifstream file = openedFile(path, "a file of pings");
   bool isFirst = true;
+  std::optional<Profile> before;
   forEachLine(file, path,
               [&](std::string_view line, size_t)
               {
                 if (shouldStop()) return;
                 const auto fields = columnsOf(line);
                 const bool mayBeHeader = std::exchange(isFirst, false);
-                if (mayBeHeader && !numberIn<double>(fields.front())) return;
-                visit(profileIn(fields));
+                if (mayBeHeader && isHeader(fields)) return;
+                Profile profile = profileIn(fields);
+                if (before) requireSameBins(profile, *before);
+                visit(profile);
+                before = std::move(profile);
               });
 }
 

@@ -181,7 +181,7 @@ TEST(BgkPreset, DefaultIsWhatWasMeasuredBest)
   EXPECT_EQ(options.inference.rayDecimation, 1u);
   EXPECT_EQ(options.inference.thresholds.free, 0.3);
   EXPECT_EQ(options.inference.beamWidth, BeamWidth::Spacing);
-  EXPECT_TRUE(options.inference.usePoseCovariance);
+  EXPECT_FALSE(options.inference.usePoseCovariance);
   EXPECT_EQ(options.inference.thresholds.occupied, 0.55);
   EXPECT_EQ(options.inference.thresholds.variance, 0.0);
 }
