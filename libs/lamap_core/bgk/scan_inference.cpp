@@ -130,8 +130,8 @@ void clearSums(const Layers& layers, BlockSums& sums)
   std::fill(sums.begin() + layers.begin * kLayer, sums.begin() + layers.end * kLayer, int64_t{0});
 }
 
-/** Adds the sums of wide points, rounded to 1/4096 of a sharp point's weight at its own cell: finer digits are
- * beyond what widths are known to, but would double the size of map files. */
+/** Adds the sums of wide points, rounded to 1/4096 of a sharp point's weight at its own cell: finer digits
+ * are beyond what widths are known to, but would double the size of map files. */
 Layers addWide(const WideCells::Sums* wide, double factor, const WeightScale& scale, BlockSums& sums)
 {
   if (wide == nullptr) return {};
