@@ -94,7 +94,7 @@ report()
 report structured structured
 report unstructured unstructured
 report noisy structured --range-noise 0.03 --pose-noise 0.02,0.3
-$quick || report dropouts structured --missing 0.1 --missing-burst 5
+$quick || report dropouts structured --missing 0.1 --missing-as zero --missing-burst 5
 $quick || report poles poles
 report driving unstructured --sensor lidar16 --scans 6 --max-range 30
 if ! $quick; then

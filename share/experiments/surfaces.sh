@@ -59,5 +59,5 @@ report()
 report structured structured
 report unstructured unstructured
 report poles poles
-$quick || report dropouts structured --missing 0.1 --missing-burst 5
+$quick || report dropouts structured --missing 0.1 --missing-as zero --missing-burst 5
 report driving unstructured --sensor lidar16 --scans 6 --max-range 30
