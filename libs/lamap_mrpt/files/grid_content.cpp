@@ -17,7 +17,7 @@ constexpr uint8_t kPruned = 2;
 /// Whether cells that a file may hold are found at these block indices along an axis.
 bool fits(int32_t block, int log2Edge)
 {
-  const int64_t first = int64_t{block} << log2Edge;
+  const int64_t first = int64_t{block} * (int64_t{1} << log2Edge);
   const int64_t last = first + (int64_t{1} << log2Edge) - 1;
   return first >= -kLastCell && last <= kLastCell;
 }
