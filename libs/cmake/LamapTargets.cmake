@@ -13,7 +13,7 @@ function(lamap_configure_target target)
   if(LAMAP_SANITIZE)
     # In instrumented code, GCC's warnings of uninitialized variables are false; other builds keep the warning.
     target_compile_options(${target} PRIVATE -fsanitize=${LAMAP_SANITIZE} -fno-omit-frame-pointer
-      -Wno-maybe-uninitialized)
+      $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
     target_link_options(${target} PUBLIC -fsanitize=${LAMAP_SANITIZE})
     if(LAMAP_SANITIZE MATCHES "thread")
       # Calls to TBB go to a substitute that the sanitizer can follow, see tests/tsan/README.md.
@@ -35,8 +35,8 @@ function(lamap_unite_rooms target)
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
   endforeach()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
-  # The warning is for headers; here, sources are included.
-  target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+  # GCC's warning is for headers; here, sources are included.
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
 
 # lamap_add_test(name SOURCES ... LIBRARIES ... [LABELS ...]): one GoogleTest program. Labels with special meaning:
@@ -50,7 +50,8 @@ function(lamap_add_test name)
   # Tests spend their time in the libraries, and compile a third faster like this. GCC's warnings of uninitialized
   # variables are false in the standard library then.
   target_compile_options(${name} PRIVATE
-    "$<$<CONFIG:Release,RelWithDebInfo>:-O1;-Wno-maybe-uninitialized>")
+    $<$<CONFIG:Release,RelWithDebInfo>:-O1>
+    $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release,RelWithDebInfo>>:-Wno-maybe-uninitialized>)
   if(LAMAP_SANITIZE)
     target_compile_definitions(${name} PRIVATE LAMAP_SANITIZED)
   endif()

@@ -14,6 +14,7 @@
 #include <mrpt/opengl/CSetOfObjects.h>
 #include <zlib.h>
 
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -254,7 +255,7 @@ TEST(RayCasting, FindsTheSameCellsAsAWalkOfAllCells)
   CBGKMap map(1.0);
   std::mt19937 generator(11);
   std::uniform_int_distribution<int> cell(-150, 150);
-  std::set<std::tuple<int, int, int>> occupied;
+  std::set<std::array<int, 3>> occupied;
   for (int i = 0; i < 300; ++i)
   {
     const int x = cell(generator);
@@ -282,13 +283,13 @@ TEST(RayCasting, FindsTheSameCellsAsAWalkOfAllCells)
     const double length = direction.norm();
     double nearest = std::numeric_limits<double>::infinity();
     double nearestSure = nearest;
-    for (const auto& [x, y, z] : occupied)
+    for (const std::array<int, 3>& corner : occupied)
     {
       const auto entry = [&](double margin)
       {
         double first = 0;
         double last = range > 0 ? range : std::numeric_limits<double>::infinity();
-        const double low[] = {x + margin, y + margin, z + margin};
+        const double low[] = {corner[0] + margin, corner[1] + margin, corner[2] + margin};
         for (int axis = 0; axis < 3; ++axis)
         {
           const double a = (low[axis] - origin[axis]) / (direction[axis] / length);

@@ -33,7 +33,6 @@ using mrpt::obs::CObservationVelodyneScan;
 using mrpt::poses::CPose3D;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Robot and sensor both rotated about all axes and translated.
 constexpr std::array<double, 6> kRobot = {10.0, -4.0, 1.5, 0.7, -0.2, 0.3};

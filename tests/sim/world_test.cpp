@@ -20,7 +20,7 @@ TEST(World, HasTheStatedSize)
   EXPECT_TRUE(size("station").isApprox(Vector3d(10, 7, 2)));
   EXPECT_TRUE(size("corridor").isApprox(Vector3d(44, 18, 3.3)));
   EXPECT_EQ(size("flatland").head<2>(), Eigen::Vector2d(12, 9));
-  EXPECT_THROW(makeWorld("atlantis", 1), std::invalid_argument);
+  EXPECT_THROW((void)makeWorld("atlantis", 1), std::invalid_argument);
 }
 
 /// All numbers that define a world.
@@ -103,7 +103,7 @@ TEST(Trajectory, StopsMakeFullTurns)
   }
   EXPECT_EQ(poses.front().position_map.head<2>(), world.path_map.front());
   EXPECT_TRUE(poses.back().position_map.head<2>().isApprox(world.path_map.back()));
-  EXPECT_THROW(makeTrajectory(world, sensor, Motion::Stops, 0), std::invalid_argument);
+  EXPECT_THROW((void)makeTrajectory(world, sensor, Motion::Stops, 0), std::invalid_argument);
 }
 
 TEST(Trajectory, AStationIsOnePose)

@@ -217,12 +217,13 @@ void forgetUnseen(const Scan& scan, const GpStructure& structure, const GpInfere
     constexpr long double kUnsure = 1e-5L;
     if (std::abs(sum.weighted) < kUnsure) sum.undecided = true;
     if (sum.weighted >= 0) continue;
+    const Eigen::Vector3d centre = centreOf(cell, structure.resolution);
     const auto isSeen = [&](const Eigen::Vector3d& shift)
     {
       return std::any_of(views.begin(), views.end(),
                          [&](const OracleView& view)
                          {
-                           Eigen::Vector3d place = centreOf(cell, structure.resolution) - view.origin_map;
+                           Eigen::Vector3d place = centre - view.origin_map;
                            if (structure.planar) place.z() = 0;
                            if (!structure.planar) place = turnBack * place;
                            return view.space.reaches(place + shift);

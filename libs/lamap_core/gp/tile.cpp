@@ -15,25 +15,32 @@ struct Parts
 {
   static constexpr int kLanes = R::kDoubles;
   static constexpr int kCount = 8 / kLanes;
-  typedef double Numbers __attribute__((vector_size(kLanes * sizeof(double)), aligned(8), may_alias));
+  using V = typename Vector<double, kLanes>::Numbers;
 
-  static LAMAP_INLINED const Numbers* of(const GpTile& tile)
+  // Tiles are aligned as doubles are, which is less than vectors expect.
+  static LAMAP_INLINED void load(const GpTile& tile, int part, V& to)
   {
-    return reinterpret_cast<const Numbers*>(tile.data());
+    Vector<double, kLanes>::load(tile.data() + part * kLanes, to);
   }
-  static LAMAP_INLINED Numbers* of(GpTile& tile) { return reinterpret_cast<Numbers*>(tile.data()); }
+  static LAMAP_INLINED void store(const V& from, int part, GpTile& tile)
+  {
+    Vector<double, kLanes>::store(from, tile.data() + part * kLanes);
+  }
 };
 
 template <typename R>
 LAMAP_INLINED void squaredDistancesBody(const double* x, const double* y, const double* z, size_t count,
                                         const GpPlaces& to, GpTile* rows, GpTile& nearest)
 {
-  using V = typename Parts<R>::Numbers;
+  using V = typename Parts<R>::V;
   for (int part = 0; part < Parts<R>::kCount; ++part)
   {
-    const V cx = Parts<R>::of(to.x)[part];
-    const V cy = Parts<R>::of(to.y)[part];
-    const V cz = Parts<R>::of(to.z)[part];
+    V cx;
+    Parts<R>::load(to.x, part, cx);
+    V cy;
+    Parts<R>::load(to.y, part, cy);
+    V cz;
+    Parts<R>::load(to.z, part, cz);
     V least = V{} + 1e300;
     for (size_t i = 0; i < count; ++i)
     {
@@ -42,9 +49,9 @@ LAMAP_INLINED void squaredDistancesBody(const double* x, const double* y, const 
       const V dz = cz - z[i];
       const V squared = dx * dx + dy * dy + dz * dz;
       least = squared < least ? squared : least;
-      Parts<R>::of(rows[i])[part] = squared;
+      Parts<R>::store(squared, part, rows[i]);
     }
-    Parts<R>::of(nearest)[part] = least;
+    Parts<R>::store(least, part, nearest);
   }
 }
 
@@ -58,9 +65,9 @@ LAMAP_INLINED void lookUpBody(const double* table, size_t count, GpTile* rows)
 
 /// Replaces t ≥ 0 by portableExp(−t), to the last bit.
 template <typename R>
-LAMAP_INLINED void replaceByExpOfMinus(typename Parts<R>::Numbers& t)
+LAMAP_INLINED void replaceByExpOfMinus(typename Parts<R>::V& t)
 {
-  using V = typename Parts<R>::Numbers;
+  using V = typename Parts<R>::V;
   constexpr double kFarthest = -Exponential<double>::kLowest;
   V power = t > kFarthest ? V{} - kFarthest : -t;
   replaceByExp<double, V>(power);
@@ -70,18 +77,18 @@ LAMAP_INLINED void replaceByExpOfMinus(typename Parts<R>::Numbers& t)
 template <typename R>
 LAMAP_INLINED void matern32Body(double factor, double scale, size_t count, GpTile* rows)
 {
-  using V = typename Parts<R>::Numbers;
+  using V = typename Parts<R>::V;
   double* numbers = rows->data();
   for (size_t i = 0; i < 8 * count; ++i) numbers[i] = factor * std::sqrt(numbers[i]);
   for (size_t i = 0; i < count; ++i)
   {
     for (int part = 0; part < Parts<R>::kCount; ++part)
     {
-      V& entry = Parts<R>::of(rows[i])[part];
-      const V t = entry;
+      V t;
+      Parts<R>::load(rows[i], part, t);
       V power = t;
       replaceByExpOfMinus<R>(power);
-      entry = scale * ((1.0 + t) * power);
+      Parts<R>::store(scale * ((1.0 + t) * power), part, rows[i]);
     }
   }
 }
@@ -90,7 +97,7 @@ LAMAP_INLINED void matern32Body(double factor, double scale, size_t count, GpTil
 template <typename R, int kRows>
 LAMAP_INLINED void solveRows(const double* factor, const double* inverse, size_t first, GpTile* rows)
 {
-  using V = typename Parts<R>::Numbers;
+  using V = typename Parts<R>::V;
   constexpr int kParts = Parts<R>::kCount;
   const double* l[kRows];
   V sums[kRows][kParts];
@@ -98,13 +105,14 @@ LAMAP_INLINED void solveRows(const double* factor, const double* inverse, size_t
   {
     const size_t i = first + static_cast<size_t>(r);
     l[r] = factor + i * (i + 1) / 2;
-    for (int part = 0; part < kParts; ++part) sums[r][part] = Parts<R>::of(rows[i])[part];
+    for (int part = 0; part < kParts; ++part) Parts<R>::load(rows[i], part, sums[r][part]);
   }
   for (size_t j = 0; j < first; ++j)
   {
     for (int part = 0; part < kParts; ++part)
     {
-      const V solved = Parts<R>::of(rows[j])[part];
+      V solved;
+      Parts<R>::load(rows[j], part, solved);
       for (int r = 0; r < kRows; ++r) sums[r][part] -= l[r][j] * solved;
     }
   }
@@ -115,7 +123,7 @@ LAMAP_INLINED void solveRows(const double* factor, const double* inverse, size_t
     {
       for (int q = 0; q < r; ++q) sums[r][part] -= l[r][first + static_cast<size_t>(q)] * sums[q][part];
       sums[r][part] *= inverse[i];
-      Parts<R>::of(rows[i])[part] = sums[r][part];
+      Parts<R>::store(sums[r][part], part, rows[i]);
     }
   }
 }
@@ -132,24 +140,25 @@ LAMAP_INLINED void solveForwardBody(const double* factor, const double* inverse,
 template <typename R>
 LAMAP_INLINED void subtractProductsBody(size_t count, const GpTile* rows, GpTile* square)
 {
-  using V = typename Parts<R>::Numbers;
+  using V = typename Parts<R>::V;
   constexpr int kParts = Parts<R>::kCount;
   constexpr size_t kRows = Parts<R>::kLanes;
   for (size_t first = 0; first < 8; first += kRows)
   {
     V sums[kRows][kParts];
     for (size_t r = 0; r < kRows; ++r)
-      for (int part = 0; part < kParts; ++part) sums[r][part] = Parts<R>::of(square[first + r])[part];
+      for (int part = 0; part < kParts; ++part) Parts<R>::load(square[first + r], part, sums[r][part]);
     for (size_t i = 0; i < count; ++i)
     {
       for (int part = 0; part < kParts; ++part)
       {
-        const V column = Parts<R>::of(rows[i])[part];
+        V column;
+        Parts<R>::load(rows[i], part, column);
         for (size_t r = 0; r < kRows; ++r) sums[r][part] -= rows[i][first + r] * column;
       }
     }
     for (size_t r = 0; r < kRows; ++r)
-      for (int part = 0; part < kParts; ++part) Parts<R>::of(square[first + r])[part] = sums[r][part];
+      for (int part = 0; part < kParts; ++part) Parts<R>::store(sums[r][part], part, square[first + r]);
   }
 }
 
@@ -157,19 +166,20 @@ template <typename R>
 LAMAP_INLINED void sumRowsBody(const double* weights, size_t count, const GpTile* rows, GpTile& mean,
                                GpTile& squares)
 {
-  using V = typename Parts<R>::Numbers;
+  using V = typename Parts<R>::V;
   for (int part = 0; part < Parts<R>::kCount; ++part)
   {
     V sum{};
     V squared{};
     for (size_t i = 0; i < count; ++i)
     {
-      const V v = Parts<R>::of(rows[i])[part];
+      V v;
+      Parts<R>::load(rows[i], part, v);
       sum += v * weights[i];
       squared += v * v;
     }
-    Parts<R>::of(mean)[part] = sum;
-    Parts<R>::of(squares)[part] = squared;
+    Parts<R>::store(sum, part, mean);
+    Parts<R>::store(squared, part, squares);
   }
 }
 }  // namespace

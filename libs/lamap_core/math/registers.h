@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstring>
+
 /// A function that is to be part of its caller, compiled for the instructions that this one has.
 #define LAMAP_INLINED inline __attribute__((always_inline))
 /// The same for a lambda, after its parameters.
@@ -11,11 +13,19 @@
 
 namespace lamap
 {
-/// Several numbers that are worked on at once.
+/** Several numbers that are worked on at once.
+ *
+ * They are aligned to their size. Numbers in memory, aligned each by itself, are loaded and stored, never
+ * pointed at: clang drops what a typedef says of a smaller alignment where the type is a template's argument.
+ */
 template <typename Number, int kLanes>
 struct Vector
 {
   typedef Number Numbers __attribute__((vector_size(kLanes * sizeof(Number))));
+
+  // By reference: vectors as arguments would depend on the instruction set.
+  static LAMAP_INLINED void load(const Number* from, Numbers& to) { std::memcpy(&to, from, sizeof(to)); }
+  static LAMAP_INLINED void store(const Numbers& from, Number* to) { std::memcpy(to, &from, sizeof(from)); }
 };
 
 /// The registers of a processor: how many numbers can be worked on at once.

@@ -3,9 +3,6 @@
 #include <lamap_core/math/exponential.h>
 #include <lamap_core/math/registers.h>
 
-#include <cstdint>
-#include <cstring>
-
 namespace lamap
 {
 /** Several floats that are worked on at once.
@@ -14,14 +11,10 @@ namespace lamap
  * how many stand side by side changes no bit. Eight need AVX2 to be fast: code is a template of the number of
  * lanes, run through withRegisters(). */
 template <int kLanes>
-struct Wide
+struct Wide : Vector<float, kLanes>
 {
   static constexpr int kCount = kLanes;
   using Floats = typename Vector<float, kLanes>::Numbers;
-
-  // By reference: vectors as arguments would depend on the instruction set.
-  static LAMAP_INLINED void load(const float* from, Floats& to) { std::memcpy(&to, from, sizeof(to)); }
-  static LAMAP_INLINED void store(const Floats& from, float* to) { std::memcpy(to, &from, sizeof(from)); }
 
   /// portableExp(float) of each number, to the last bit.
   static LAMAP_INLINED void exp(Floats& x)

@@ -72,9 +72,9 @@ ScanLook lookAt(const Scan& scan)
   if (ranges_m.empty()) return look;
   const auto [shortest, longest] = std::minmax_element(ranges_m.begin(), ranges_m.end());
   look.ranges = LengthSpan{*shortest, *longest};
-  constexpr double kSame = 0.999;
-  look.farthestReturns = static_cast<uint64_t>(std::count_if(
-      ranges_m.begin(), ranges_m.end(), [&](double range_m) { return range_m >= kSame * *longest; }));
+  const double alike_m = 0.999 * look.ranges->longest_m;
+  look.farthestReturns = static_cast<uint64_t>(
+      std::count_if(ranges_m.begin(), ranges_m.end(), [&](double range_m) { return range_m >= alike_m; }));
   return look;
 }
 
