@@ -245,6 +245,15 @@ CLI::Validator lengthAboveZero()
   return numberFrom(1e-6, 1e6, "a length in metres, above 0 and at most 1e6");
 }
 
+namespace
+{
+std::ostream& terminalStream()
+{
+  static std::ostream stream(std::cerr.rdbuf());
+  return stream;
+}
+}  // namespace
+
 void catchStopSignals()
 {
   struct sigaction action = {};
@@ -264,9 +273,14 @@ bool stopRequested()
   return stopAsked;
 }
 
+void drawProgressOn(std::streambuf* terminal)
+{
+  terminalStream().rdbuf(terminal);
+}
+
 tools::ProgressBar makeProgressBar(const std::string& unit)
 {
-  return tools::ProgressBar(std::cerr, isatty(STDERR_FILENO) != 0, unit);
+  return tools::ProgressBar(terminalStream(), isatty(STDERR_FILENO) != 0, unit);
 }
 
 int stoppedByUser(const std::string& consequence)

@@ -130,6 +130,8 @@ constexpr int64_t kMostEvery = 1'000'000'000;
 void catchStopSignals();
 [[nodiscard]] bool stopRequested();
 
+/// Where progress bars are drawn, which move the cursor: not through what escapes control characters.
+void drawProgressOn(std::streambuf* terminal);
 /// A progress bar on the standard error output.
 [[nodiscard]] tools::ProgressBar makeProgressBar(const std::string& unit = "scan");
 

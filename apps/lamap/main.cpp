@@ -1,9 +1,11 @@
+#include "command_line.h"
 #include "commands.h"
 
 #include <lamap_core/options/nearest_name.h>
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
+#include <lamap_tools/report/printable_output.h>
 
 #include <algorithm>
 #include <iostream>
@@ -44,6 +46,9 @@ int withOutputWritten(int code)
 int main(int argc, char** argv)
 {
   using namespace lamap::app;
+  const lamap::tools::PrintableOutput results(std::cout);
+  const lamap::tools::PrintableOutput messages(std::cerr);
+  drawProgressOn(messages.terminal());
   CLI::App app{"Learned 3D occupancy maps: build them from logs, inspect, score and export them", "lamap"};
   app.set_version_flag("--version", LAMAP_VERSION);
   app.require_subcommand(1);

@@ -29,7 +29,7 @@ LabelGrid::LabelGrid(const World& world, double resolution_m, int margin)
     count *= high - low;
     constexpr double kMostCells = 1e9;
     if (!(count <= kMostCells))
-      throw std::invalid_argument("resolution = " + std::to_string(resolution_m_) +
+      throw std::invalid_argument("resolution = " + shortText(resolution_m_) +
                                   " m: the world would have more than 1e9 cells; give a larger one");
     first_[axis] = static_cast<int32_t>(low);
     size_[axis] = static_cast<int32_t>(high - low);

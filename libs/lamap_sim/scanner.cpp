@@ -125,8 +125,8 @@ void NoiseOptions::requireLegal() const
                       "between 1 and 1000000 beams");
   const double most = longestBurst == 1 ? 1 : meanBurst(longestBurst) / (meanBurst(longestBurst) + 1);
   if (missing > most)
-    throw std::invalid_argument("missing = " + std::to_string(missing) + ": with bursts of up to " +
-                                std::to_string(longestBurst) + " beams, at most " + std::to_string(most) +
+    throw std::invalid_argument("missing = " + shortText(missing) + ": with bursts of up to " +
+                                std::to_string(longestBurst) + " beams, at most " + shortText(most) +
                                 " can be lost");
 }
 

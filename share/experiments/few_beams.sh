@@ -45,8 +45,7 @@ map_sections()
       # As in MRPT's own pf-localization/localization_demo.ini.
       cat << INI
 [MetricMap]
-occupancyGrid_count    = 1
-likelihoodMapSelection = -1
+occupancyGrid_count = 1
 [MetricMap_occupancyGrid_00_creationOpts]
 resolution = 0.06
 [MetricMap_occupancyGrid_00_insertOpts]
@@ -70,8 +69,7 @@ INI
     octomap)
       cat << INI
 [MetricMap]
-octoMap_count          = 1
-likelihoodMapSelection = -1
+octoMap_count = 1
 [MetricMap_octoMap_00_creationOpts]
 resolution = 0.10
 [MetricMap_octoMap_00_insertOpts]

@@ -126,6 +126,21 @@ TEST_F(MapCommands, WrongUsageEndsWith2)
   EXPECT_FALSE(exists("m.csv"));
 }
 
+TEST_F(MapCommands, NamesCannotCommandTheTerminal)
+{
+  const std::string name =
+      "a\x1b[31m\x7f\xc2\x9b"
+      "b\xc3\xa9\xc2\xb0.ot";
+  EXPECT_EQ(run("info '" + name + "'"), 1);
+  EXPECT_NE(err_.find("a\\x1b[31m\\x7f\\x9b"
+                      "b\xc3\xa9\xc2\xb0.ot: "),
+            std::string::npos)
+      << err_;
+  std::filesystem::copy_file(folder_ / "a.lamap.gz", folder_ / "b\rc.lamap.gz");
+  ASSERT_EQ(run("info '$/b\rc.lamap.gz'"), 0) << err_;
+  EXPECT_NE(out_.find("/b\\x0dc.lamap.gz\n"), std::string::npos) << out_;
+}
+
 TEST_F(MapCommands, MissingAndForeignFilesEndWith1AndAreNamed)
 {
   folder_.write("text.lamap.gz", "this is no map");

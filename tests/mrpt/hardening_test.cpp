@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_mrpt/files/byte_stream.h>
+#include <lamap_mrpt/files/environment.h>
 #include <lamap_mrpt/files/grid_content.h>
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/maps/CBGKMap.h>
@@ -227,9 +228,55 @@ TEST(ContentLimit, AFileIsRefusedForWhatItClaimsBeforeItIsInflated)
   EXPECT_NE(refusalOf(fileWith(8 * kMiB, 8 * kMiB)).find("claims"), std::string::npos);
   setenv("LAMAP_MAX_CONTENT_MIB", "99999999999", 1);
   EXPECT_EQ(mostContentOf(1000), memoryForContent() / kMiB * kMiB);
-  setenv("LAMAP_MAX_CONTENT_MIB", "many", 1);
-  EXPECT_EQ(mostContentOf(1000), std::min<uint64_t>(256 * kMiB, memoryForContent()));
   unsetenv("LAMAP_MAX_CONTENT_MIB");
+}
+
+TEST(Environment, AMalformedLimitIsRefusedByName)
+{
+  const char* const name = "LAMAP_MAX_CONTENT_MIB";
+  for (const char* bad : {"", "seven", "7 ", "7MiB", "-1", "0", "nan", "inf", "1e400"})
+  {
+    SCOPED_TRACE(bad);
+    setenv(name, bad, 1);
+    std::string said;
+    try
+    {
+      (void)mostContentOf(1000);
+    }
+    catch (const std::runtime_error& error)
+    {
+      said = error.what();
+    }
+    EXPECT_NE(said.find(name), std::string::npos) << said;
+    EXPECT_NE(said.find("'" + std::string(bad) + "'"), std::string::npos) << said;
+  }
+  for (const auto& [text, number] : std::vector<std::pair<const char*, uint64_t>>{
+           {"1", 1}, {"7", 7}, {"2e9", 2000000000}, {"1e300", std::numeric_limits<uint64_t>::max()}})
+  {
+    setenv(name, text, 1);
+    EXPECT_EQ(limitFromEnvironment(name), number);
+  }
+  unsetenv(name);
+  EXPECT_EQ(limitFromEnvironment(name), std::nullopt);
+}
+
+TEST(MapFile, SaysHowMuchOfACutContentIsThere)
+{
+  const TemporaryFolder folder;
+  CBGKMap map(0.1);
+  map.updateVoxel(0.5, 0.5, 0.5, true);
+  const auto bytes = bytesOf(map);
+  const std::string whole(bytes.begin(), bytes.end());
+  const size_t header = std::string("-lamap::CBGKMap-").size() + sizeof(uint64_t) + sizeof(uint32_t);
+  const size_t payload = whole.size() - 1 - header;
+  for (const size_t there : {size_t{0}, size_t{1}, payload / 2, payload - 1})
+  {
+    writeGzip(folder.file("cut.lamap.gz"), whole.substr(0, header + there));
+    const std::string said = refusalOf(folder.file("cut.lamap.gz"));
+    EXPECT_NE(said.find(" " + std::to_string(there) + " of " + std::to_string(payload) + " bytes are there"),
+              std::string::npos)
+        << said;
+  }
 }
 
 // ---- Rays through empty space

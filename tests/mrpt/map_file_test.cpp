@@ -462,6 +462,28 @@ TEST(AtomicFile, WritesDevicesInPlace)
   EXPECT_ERROR(lamap::writeFileAtomically("/dev/full", "x"), "'/dev/full': No space left on device");
 }
 
+TEST(AtomicFile, SeveralComeToTheirPlacesOrNone)
+{
+  const Folder folder;
+  put(folder.at("replaced"), "old");
+  const auto write = [&](const std::string& last)
+  {
+    AtomicFile fresh(folder.at("fresh"));
+    AtomicFile replaced(folder.at("replaced"));
+    AtomicFile third(folder.at(last));
+    for (AtomicFile* file : {&fresh, &replaced, &third}) file->write("new");
+    if (last == "lost") fs::create_directories(folder.at("lost/in the way"));  // no file can be put there
+    AtomicFile::commitAll({&fresh, &replaced, &third});
+  };
+  EXPECT_ERROR(write("lost"), "cannot write '" + folder.at("lost") + "'");
+  EXPECT_EQ(contentOf(folder.at("replaced")), "old");
+  EXPECT_EQ(folder.names(), (Names{"lost", "replaced"}));
+  EXPECT_NO_THROW(write("third"));
+  EXPECT_EQ(contentOf(folder.at("replaced")), "new");
+  EXPECT_EQ(contentOf(folder.at("fresh")), "new");
+  EXPECT_EQ(folder.names(), (Names{"fresh", "lost", "replaced", "third"}));
+}
+
 TEST(AtomicFile, NoticesAFailedWriteAndKeepsTheOldFile)
 {
   const Folder folder;

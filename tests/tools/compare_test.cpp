@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_tools/commands/compare.h>
+#include <lamap_tools/commands/comparison_page.h>
 #include <lamap_tools/commands/held_out.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/report/text_table.h>
+#include <mrpt/maps/CSimplePointsMap.h>
+#include <mrpt/obs/CObservationPointCloud.h>
 
 #include <fstream>
 #include <iterator>
@@ -180,6 +183,59 @@ TEST_F(Compare, TheTableForProgramsHasANumberAField)
   EXPECT_EQ(std::stoull(fields[13]), *comparison.maps[0].memoryBytes);
   std::getline(table, line);
   EXPECT_EQ(line.rfind("\"a, b\",", 0), 0U) << line;
+}
+
+TEST_F(Compare, AMapThatRefusesASettingOfAllIsARowThatSaysWhy)
+{
+  options_.maps = {"octoMap", "bgkMap"};
+  options_.settings = {"creationOpts.planar=true"};
+  options_.heldOutEvery = 3;
+  const Comparison comparison = compareMaps(options_);
+  ASSERT_EQ(comparison.maps.size(), 1U);
+  EXPECT_EQ(comparison.maps[0].name, "bgkMap");
+  EXPECT_TRUE(comparison.maps[0].scores);
+  ASSERT_EQ(comparison.refused.size(), 1U);
+  EXPECT_EQ(comparison.refused[0].name, "octoMap");
+  EXPECT_EQ(comparison.refused[0].reason.rfind("-s creationOpts.planar: no such key", 0), 0U)
+      << comparison.refused[0].reason;
+
+  const auto people = comparisonTable(comparison, ForWhom::People).rows();
+  ASSERT_EQ(people.size(), 3U);
+  EXPECT_EQ(people[1].back(), "");
+  EXPECT_EQ(people[2].front(), "octoMap");
+  EXPECT_EQ(people[2].back(), comparison.refused[0].reason);
+  EXPECT_EQ(people[2].size(), people[0].size());
+  EXPECT_EQ(comparisonJson(comparison)["refused"][0]["map"], "octoMap");
+
+  options_.maps = {"bgkMap", "octoMap creationOpts.planar=false"};
+  EXPECT_NE(complaint<UsageError>(options_).find("planar"), std::string::npos) << "its own setting";
+  options_.settings = {"insertOpts.maxRange=3", "insertOpts.maxrange=4"};
+  options_.maps = {"bgkMap"};
+  EXPECT_NE(complaint<UsageError>(options_).find("given twice"), std::string::npos);
+  options_.settings.pop_back();
+  options_.maps = {"bgkMap insertOpts.maxrange=4"};
+  EXPECT_EQ(complaint<UsageError>(options_), "") << "a map's own setting goes over that of all";
+}
+
+TEST_F(Compare, AMapThatTakesNoScanOfTheLogIsARowThatSaysWhy)
+{
+  auto points = mrpt::maps::CSimplePointsMap::Create();
+  points->insertPoint(2, 0.1F, 0.2F);
+  auto cloud = mrpt::obs::CObservationPointCloud::Create();
+  cloud->pointcloud = points;
+  cloud->timestamp = at(0);
+  writeLog(folder_ / "clouds.rawlog", {odometry(at(0), 0, 0, 0), cloud});
+  options_.inputs.paths = {folder_ / "clouds.rawlog"};
+  options_.maps = {"occupancyGrid", "bgkMap"};
+  const Comparison comparison = compareMaps(options_);
+  ASSERT_EQ(comparison.maps.size(), 1U);
+  EXPECT_EQ(comparison.maps[0].name, "bgkMap");
+  ASSERT_EQ(comparison.refused.size(), 1U);
+  EXPECT_NE(comparison.refused[0].reason.find("not one scan that the map takes; 1 CObservationPointCloud"),
+            std::string::npos)
+      << comparison.refused[0].reason;
+  options_.maps = {"occupancyGrid"};
+  EXPECT_NE(complaint<std::runtime_error>(options_).find("occupancyGrid: not one scan"), std::string::npos);
 }
 
 TEST_F(Compare, RefusesByName)

@@ -498,6 +498,18 @@ TEST(ExportRosMap, SliceAndLimitsTakeTheirLayersOnly)
   EXPECT_FALSE(std::filesystem::exists(folder / "none.pgm"));
 }
 
+TEST(ExportRosMap, WritesBothFilesOrNone)
+{
+  const TemporaryFolder folder;
+  std::filesystem::create_symlink("/dev/full", folder / "map.yaml");
+  EXPECT_TRUE(contains(messageOf([&] { exportMap(smallFloor(), folder / "map.yaml"); }), "No space left"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "map.pgm"));
+  folder.write("map.pgm", "of before");
+  EXPECT_TRUE(contains(messageOf([&] { exportMap(smallFloor(), folder / "map.yaml"); }), "No space left"));
+  EXPECT_EQ(test::fileContent(folder / "map.pgm"), "of before");
+  EXPECT_EQ(folder.size(), 2U);
+}
+
 TEST(Export, RefusesWhatItCannotDoAndLeavesTheOldFile)
 {
   const TemporaryFolder folder;

@@ -64,6 +64,10 @@ TEST(OctreeLimits, TooManyCellsAreNotReadOneByOne)
   EXPECT_EQ(visited, 512u);
   setenv("LAMAP_MAX_CELLS", "511", 1);
   EXPECT_THROW(small->visitCells([](const CellIndex&, const CellEstimate&) {}), std::runtime_error);
+  setenv("LAMAP_MAX_CELLS", "many", 1);
+  EXPECT_THROW(small->visitCells([](const CellIndex&, const CellEstimate&) {}), std::runtime_error);
+  setenv("LAMAP_MAX_CELLS", "512", 1);
+  EXPECT_NO_THROW(small->visitCells([](const CellIndex&, const CellEstimate&) {}));
   unsetenv("LAMAP_MAX_CELLS");
 }
 

@@ -70,10 +70,12 @@ TEST(MapNames, AMistypedOneNamesTheNearest)
   expectRefusal({"", "", {}}, true, {"-m", "-c"});
 }
 
-TEST(Settings, TakeEffectAndTheLastOneWins)
+TEST(Settings, TakeEffectAndThoseOfTheMapItselfWin)
 {
-  const auto map = createMap(readMapDefinition(
-      {"bgkMap", "", {"insertOpts.maxRange=3", "creationOpts.resolution=0.25", "insertOpts.MAXRANGE=4.5"}}));
+  const auto map = createMap(readMapDefinition({"bgkMap",
+                                                "",
+                                                {"insertOpts.maxRange=3", "creationOpts.resolution=0.25"},
+                                                {"insertOpts.MAXRANGE=4.5"}}));
   const auto& bgk = dynamic_cast<const lamap::CBGKMap&>(*map);
   EXPECT_EQ(bgk.resolution(), 0.25);
   EXPECT_TRUE(bgk.optionIs("insertOpts", "maxRange", "4.5"));
@@ -93,6 +95,15 @@ TEST(Settings, MistypedOnesNameWhatIsWrongAndTheNearestRightOne)
   for (const std::string bad :
        {"x", "insertOpts.maxRange", "maxRange=3", "insertOpts.maxRange=", ".a=1", "a.=1"})
     expectRefusal({"bgkMap", "", {bad}}, true, {bad, "section.key=value"});
+}
+
+// MRPT would take one of the two in silence.
+TEST(Settings, AKeyIsNotGivenTwice)
+{
+  expectRefusal({"bgkMap", "", {"insertOpts.maxRange=3", "insertOpts.maxRange=3"}}, true,
+                {"insertOpts.maxRange=3", "given twice"});
+  expectRefusal({"octoMap", "", {}, {"creationOpts.resolution=1", "CreationOpts.Resolution=2"}}, true,
+                {"CreationOpts.Resolution=2", "given twice"});
 }
 
 // MRPT's loaders silently accept all of these.
@@ -197,6 +208,22 @@ TEST(ConfigFile, NamesLinesThatAreNoAssignment)
   EXPECT_EQ(refusalOf(with("\r\nresolution = 0.05\r\n\r")).text, "") << "lines end as on Windows";
 }
 
+TEST(ConfigFile, NamesAKeyThatStandsTwiceInASection)
+{
+  const TemporaryFolder folder;
+  const auto with = [&](const std::string& text) {
+    return MapRequest{"", folder.write("a.ini", "[map]\nbgkMap_count=1\n" + text), {}};
+  };
+  const std::string insert = "[map_bgkMap_00_insertOpts]\n";
+  expectRefusal(with(insert + "maxRange = 5\n\nmaxRange = 6\n"), false,
+                {"line 6", "maxRange", "given twice", "map_bgkMap_00_insertOpts", "first in line 4"});
+  expectRefusal(
+      with(insert + "maxRange=5\n[map_bgkMap_00_creationOpts]\nresolution=0.2\n" + insert + "MaxRange=5\n"),
+      false, {"line 8", "MaxRange", "given twice", "first in line 4"});
+  expectRefusal(with("bgkMap_count=1\n"), false, {"line 3", "bgkMap_count", "given twice"});
+  EXPECT_EQ(refusalOf(with(insert + "maxRange=5\n# maxRange=6\n[map_bgkMap_00_renderOpts]\n")).text, "");
+}
+
 TEST(StockConfig, IsAcceptedIfItAsksForOurMapAndAllOfItIsRead)
 {
   const TemporaryFolder folder;
@@ -226,6 +253,7 @@ TEST(StockConfig, NamesWhatTheApplicationWouldIgnore)
   expectWords(changed("bgkMap_count=1", "bgkMap_count=yes"), {"bgkMap_count", "yes"});
   expectWords(changed("maxRange", "maxRagne"), {"maxRagne", "maxRange"});
   expectWords(changed("maxRange=10", "maxRange=10m"), {"maxRange", "10m"});
+  expectWords(changed("maxRange=10", "maxRange=10\nmaxRange=20"), {"maxRange", "given twice"});
   expectWords(changed("App_bgkMap_00_insertOpts", "App_bgkMap_01_insertOpts"),
               {"_01_insertOpts", "_00_insertOpts"});
   expectWords(changed("App_bgkMap_00_insertOpts", "App_bkgMap_00_insertOpts"), {"App_bkgMap", "App_bgkMap"});

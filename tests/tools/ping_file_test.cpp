@@ -139,7 +139,9 @@ TEST_F(Pings, ABadLineIsNamedWithWhatWouldBeRight)
     EXPECT_TRUE(says(complaint, words)) << complaint;
   }
   EXPECT_TRUE(says(complaintAbout("time,azimuth,range,bins\n"), "pings.csv: holds no ping"));
-  EXPECT_TRUE(says(complaintAbout("x,y,z,label\n0.05,0.05,3,1\n"), "pings.csv:1: column 1, \"x\""));
+  const std::string ofPoints = complaintAbout("x,y,z,label\n0.05,0.05,3,1\n");
+  EXPECT_TRUE(says(ofPoints, "pings.csv:1: column 1, \"x\"")) << ofPoints;
+  EXPECT_TRUE(says(ofPoints, "a .csv holds the pings of a scanning sonar, one a line: time [s]")) << ofPoints;
   // Without any intensity there is nothing to choose a threshold by: each flat profile would be an echo.
   const std::string silent = complaintOf<std::runtime_error>(
       [&] { (void)read("1, 0, 10, 0, 0, 0\n2, 9, 10, 0, 0, 0\n", PingRules{}); });
@@ -217,7 +219,8 @@ class PingInput : public testing::Test
         if (const auto* scan = std::get_if<PointScan>(&*item)) scans.push_back(*scan);
         if (const auto* left = std::get_if<LeftOutScan>(&*item)) leftOut_.push_back(left->reason);
       }
-      for (const std::string& note : source->notes()) notes_ += note + "\n";
+      for (const auto* notes : {&source->notes(), &source->readingNotes()})
+        for (const std::string& note : *notes) notes_ += note + "\n";
     }
     return scans;
   }
@@ -248,7 +251,7 @@ TEST_F(PingInput, TakesThePosesOfItsTimes)
   ASSERT_TRUE(all[2].time);
   EXPECT_DOUBLE_EQ(mrpt::Clock::toDouble(*all[2].time), 12);
   EXPECT_EQ(leftOut_, std::vector<std::string>{"made at a time that the poses do not cover"});
-  EXPECT_TRUE(says(notes_, "4 pings, 3 echoes of at least 20; 1 pings without an echo")) << notes_;
+  EXPECT_TRUE(says(notes_, "4 pings, 3 echoes of at least 20; 1 ping without an echo")) << notes_;
   EXPECT_TRUE(says(notes_, "--ping-beam")) << notes_;
 }
 

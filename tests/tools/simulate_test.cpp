@@ -637,7 +637,11 @@ TEST_F(Simulated, RefusesWhatCannotBeAndWritesNothing)
   expectRefused([](auto& o) { o.world = "structurd"; }, "did you mean structured?");
   expectRefused([](auto& o) { o.world = "structurd"; }, "flatland");
   expectRefused([](auto& o) { o.sensor = "pan-tilt-lasr"; }, "did you mean pan-tilt-laser?");
-  expectRefused([](auto& o) { o.world = "flatland", o.sensor = "sonar"; }, "two-dimensional");
+  expectRefused([](auto& o) { o.world = "flatland", o.sensor = "sonar"; },
+                "--sensor sonar: flatland is two-dimensional");
+  expectRefused([](auto& o) { o.sensor = "pan-tilt-lasr"; }, "--sensor ");
+  expectRefused([&](auto& o) { o.resolution_m = 1e-7, o.truthPaths = {folder_ / "a.csv"}; },
+                "--resolution = 1e-7 m");
   expectRefused([&](auto& o) { o.outPath = folder_ / "a.log"; }, ".rawlog or .simplemap");
   expectRefused([&](auto& o) { o.truthPaths = {folder_ / "a.txt"}; }, ".csv or .bt");
   expectRefused([&](auto& o) { o.truthPaths = {folder_ / "a.csv", folder_ / "a.csv"}; }, "twice");
@@ -646,14 +650,15 @@ TEST_F(Simulated, RefusesWhatCannotBeAndWritesNothing)
     expectRefused([&](auto& o) { o.resolution_m = bad; }, "--resolution");
   expectRefused([](auto& o) { o.truthDepth_m = 0; }, "--truth-depth 0");
   for (const double bad : {0.0, -1.0, std::nan("")})
-    expectRefused([&](auto& o) { o.rangeMax_m = bad; }, "maximum range");
+    expectRefused([&](auto& o) { o.rangeMax_m = bad; }, "--max-range = ");
   expectRefused([](auto& o) { o.truthOf = "surface"; }, "did you mean surfaces?");
   expectRefused([](auto& o) { o.truthOf = "surfaces", o.truthDepth_m = 0.2; }, "--truth-depth");
   expectRefused([](auto& o) { o.surfacePath = "s.pcd"; }, ".csv");
   expectRefused([](auto& o) { o.missingAs = "null"; }, "invalid");
-  expectRefused([](auto& o) { o.noise.missing = 0.9, o.noise.longestBurst = 2; }, "at most 0.6");
-  expectRefused([](auto& o) { o.noise.longestBurst = 0; }, "longest burst");
-  expectRefused([](auto& o) { o.world = "pier", o.noise.longestBurst = 5; }, "singly");
+  expectRefused([](auto& o) { o.noise.missing = 0.9, o.noise.longestBurst = 2; },
+                "--missing = 0.9: with bursts of up to 2 beams, at most 0.6");
+  expectRefused([](auto& o) { o.noise.longestBurst = 0; }, "--missing-burst = 0");
+  expectRefused([](auto& o) { o.world = "pier", o.noise.longestBurst = 5; }, "--missing-burst: a sonar");
   expectRefused([](auto& o) { o.noise.missing = 2; }, "--missing: 2: must be from 0 to 1");
   expectRefused([](auto& o) { o.noise.range_m = -1; }, "--range-noise: -1 m: must be from 0 to 100 m");
   expectRefused([](auto& o) { o.noise.range_m = 1e300; }, "--range-noise");
@@ -662,13 +667,26 @@ TEST_F(Simulated, RefusesWhatCannotBeAndWritesNothing)
   expectRefused([](auto& o) { o.odometryNoise = std::nan(""); }, "--odometry-noise: nan");
   expectRefused([](auto& o) { o.trajectory = "flying"; }, "neither stops nor driving");
   expectRefused([&](auto& o) { o.odometryNoise = 1, o.outPath = folder_ / "a.simplemap"; }, "no odometry");
-  expectRefused([](auto& o) { o.sensor = "planar-laser", o.noise.point_m = 0.1; }, "range noise");
+  expectRefused([](auto& o) { o.sensor = "planar-laser", o.noise.point_m = 0.1; },
+                "--point-noise: a planar-laser");
   expectRefused([](auto& o) { o.standAt = "1,2"; }, "x,y,z");
   expectRefused([](auto& o) { o.standAt = "1,2,3m"; }, "x,y,z");
   expectRefused([](auto& o) { o.standAt = "-0.5,2,0.5"; }, "--at -0.5,2,0.5");
   expectRefused([](auto& o) { o.standAt = "2,2,-0.2"; }, "outside the world");
   expectRefused([](auto& o) { o.standAt = "2,2,0.5", o.trajectory = "stops"; }, "name one");
   EXPECT_EQ(folder_.size(), 0U);
+}
+
+TEST_F(Simulated, WritesAllOfItsFilesOrNone)
+{
+  folder_.write("a.tum", "of before");
+  std::filesystem::create_symlink("/dev/full", folder_ / "truth.csv");
+  SimulateOptions options = optionsFor("flatland");
+  options.outPath = folder_ / "a.rawlog";
+  options.truthPaths = {folder_ / "truth.csv", folder_ / "truth.bt"};
+  EXPECT_THROW(simulate(options), std::runtime_error);
+  EXPECT_EQ(test::fileContent(folder_ / "a.tum"), "of before");
+  EXPECT_EQ(folder_.size(), 2U);
 }
 
 TEST_F(Simulated, NamesThePoseOfAFileThatLiesInAWall)

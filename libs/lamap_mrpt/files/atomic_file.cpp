@@ -261,22 +261,70 @@ void AtomicFile::write(std::string_view content)
 
 void AtomicFile::commit()
 {
-  if (!pending_) throw std::logic_error("AtomicFile::commit called twice for '" + named_ + "'");
-  {
-    Descriptor file(temporary_, O_WRONLY);
-    if (!file.isOpen()) fail(errno);
-    if (const int error = checked_ ? 0 : probeForSpace(file.number()); error != 0) fail(error);
-    if (::fsync(file.number()) != 0 && errno != EINVAL) fail(errno);
-    if (const int error = file.close(); error != 0) fail(error);
-  }
-  if (inPlace_) return copyToPlace();
-  if (::rename(temporary_.c_str(), destination_.c_str()) != 0) fail(errno);
-  pending_ = false;
+  commitAll({this});
+}
 
+void AtomicFile::commitAll(const std::vector<AtomicFile*>& files)
+{
+  for (AtomicFile* file : files) file->bringToDisk();
+  for (AtomicFile* file : files)
+    if (file->inPlace_) file->copyToPlace();
+  std::vector<AtomicFile*> moved;
+  moved.reserve(files.size());
+  try
+  {
+    for (AtomicFile* file : files)
+    {
+      if (file->inPlace_) continue;
+      file->moveToPlace(files.size() > 1);
+      moved.push_back(file);
+    }
+  }
+  catch (...)
+  {
+    for (AtomicFile* file : moved) file->takeBack();
+    throw;
+  }
+  for (AtomicFile* file : moved) file->settle();
+}
+
+void AtomicFile::bringToDisk()
+{
+  if (!pending_) throw std::logic_error("AtomicFile::commit called twice for '" + named_ + "'");
+  Descriptor file(temporary_, O_WRONLY);
+  if (!file.isOpen()) fail(errno);
+  if (const int error = checked_ ? 0 : probeForSpace(file.number()); error != 0) fail(error);
+  if (::fsync(file.number()) != 0 && errno != EINVAL) fail(errno);
+  if (const int error = file.close(); error != 0) fail(error);
+}
+
+/// @param mayBeTakenBack  keeps what stood there, where the file system can
+void AtomicFile::moveToPlace(bool mayBeTakenBack)
+{
+  struct stat standing
+  {
+  };
+  const bool stands =
+      mayBeTakenBack && ::lstat(destination_.c_str(), &standing) == 0 && S_ISREG(standing.st_mode);
+  exchanged_ = stands && ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, destination_.c_str(),
+                                     RENAME_EXCHANGE) == 0;
+  if (!exchanged_ && ::rename(temporary_.c_str(), destination_.c_str()) != 0) fail(errno);
+  pending_ = false;
+}
+
+void AtomicFile::takeBack() noexcept
+{
+  const unsigned how = exchanged_ ? RENAME_EXCHANGE : 0;
+  pending_ = ::renameat2(AT_FDCWD, destination_.c_str(), AT_FDCWD, temporary_.c_str(), how) == 0;
+}
+
+void AtomicFile::settle() noexcept
+{
+  if (exchanged_) ::unlink(temporary_.c_str());
   // The new name itself. The content is safe already, and not every file system can do this: errors are no
   // loss.
-  const fs::path folder = fs::path(destination_).parent_path();
-  const Descriptor entry(folder.empty() ? "." : folder.string(), O_RDONLY | O_DIRECTORY);
+  const std::string folder = fs::path(destination_).parent_path().string();
+  const Descriptor entry(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY);
   if (entry.isOpen()) static_cast<void>(::fsync(entry.number()));
 }
 

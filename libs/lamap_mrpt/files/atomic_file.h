@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace lamap
 {
@@ -56,17 +57,29 @@ class AtomicFile
    * @throws std::runtime_error naming the path and the reason; the place is as it was before. */
   void commit();
 
+  /** The same for files that belong together: all of them come to their places, or none.
+   *
+   * Where one fails, those that are in their places already are taken back, and what they replaced stands
+   * there again. What was copied to a device or a pipe, which is done first, cannot be taken back.
+   * @throws as commit() */
+  static void commitAll(const std::vector<AtomicFile*>& files);
+
  private:
   [[noreturn]] void fail(int errorNumber) const;
+  void bringToDisk();
+  void moveToPlace(bool mayBeTakenBack);
+  void takeBack() noexcept;
+  void settle() noexcept;
   void copyToPlace();
 
   std::string named_;        ///< as the caller wrote it, for messages
   std::string destination_;  ///< symbolic links resolved
   std::string temporary_;
-  bool inPlace_ = false;  ///< a device or a pipe: commit() copies what temporary_ holds
-  bool pending_ = true;   ///< temporary_ is ours to remove
-  bool checked_ = false;  ///< the content came through write(), which noticed every error
-  int lock_ = -1;         ///< descriptor that locks the temporary file
+  bool inPlace_ = false;    ///< a device or a pipe: commit() copies what temporary_ holds
+  bool pending_ = true;     ///< temporary_ is ours to remove
+  bool exchanged_ = false;  ///< temporary_ holds what stood at the place
+  bool checked_ = false;    ///< the content came through write(), which noticed every error
+  int lock_ = -1;           ///< descriptor that locks the temporary file
 };
 
 /// AtomicFile, write and commit in one. @throws as these do.

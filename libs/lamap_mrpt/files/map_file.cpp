@@ -2,6 +2,7 @@
 #include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_mrpt/files/byte_stream.h>
+#include <lamap_mrpt/files/environment.h>
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/files/payload.h>
 #include <mrpt/rtti/CObject.h>
@@ -14,10 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -246,7 +244,7 @@ class GzipReader : public CArchive
     for (std::size_t left = count; left > 0;)
     {
       // MRPT takes a short read for a whole one.
-      if (isAtEnd()) throw std::runtime_error("the content ends too early");
+      if (isAtEnd()) throw EndOfContent(count - left);
       const std::size_t part = std::min(left, ready_.size() - taken_);
       std::copy_n(ready_.begin() + static_cast<std::ptrdiff_t>(taken_), part, to);
       to += part;
@@ -427,13 +425,8 @@ uint64_t mostContentOf(uint64_t fileBytes)
   constexpr uint64_t kAlways = 256 * kMiB;
   constexpr uint64_t kTimes = 100;
   const uint64_t memory = memoryForContent();
-  if (const char* text = std::getenv("LAMAP_MAX_CONTENT_MIB"))
-  {
-    uint64_t mebibytes = 0;
-    const char* const end = text + std::strlen(text);
-    const auto parsed = std::from_chars(text, end, mebibytes);
-    if (parsed.ec == std::errc() && parsed.ptr == end) return std::min(memory / kMiB, mebibytes) * kMiB;
-  }
+  if (const auto mebibytes = limitFromEnvironment("LAMAP_MAX_CONTENT_MIB"))
+    return std::min(memory / kMiB, *mebibytes) * kMiB;
   return std::min(memory, std::max(kAlways, std::min(fileBytes, memory) * kTimes));
 }
 

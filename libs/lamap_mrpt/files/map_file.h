@@ -29,7 +29,7 @@ void writeCompressed(const mrpt::serialization::CSerializable& object, const std
 
 /** The largest content of a map file of this size that is inflated [bytes]: 256 MiB, or 100 times its size if
  * that is more, for no map compresses as well; never more than memoryForContent(). The environment variable
- * LAMAP_MAX_CONTENT_MIB replaces the first two. */
+ * LAMAP_MAX_CONTENT_MIB replaces the first two. @throws as limitFromEnvironment() */
 [[nodiscard]] uint64_t mostContentOf(uint64_t fileBytes);
 
 /// What a map file holds.

@@ -36,6 +36,10 @@ std::size_t readFully(mrpt::serialization::CArchive& archive, uint8_t* to, std::
     {
       got = archive.ReadBuffer(to + done, count - done);
     }
+    catch (const EndOfContent& end)
+    {
+      return done + end.bytesRead();
+    }
     catch (const std::exception&)
     {
       break;  // the end of the stream, as MRPT's archives report it

@@ -3,6 +3,7 @@
 #include <mrpt/serialization/CArchive.h>
 
 #include <cstdint>
+#include <stdexcept>
 #include <vector>
 
 namespace lamap
@@ -14,6 +15,20 @@ namespace lamap
  * archive pass through.
  */
 void writePayload(mrpt::serialization::CArchive& archive, const std::vector<uint8_t>& payload);
+
+/// Thrown by an archive that ends within what was asked for, and has handed over what there was.
+class EndOfContent : public std::runtime_error
+{
+ public:
+  explicit EndOfContent(std::size_t bytesRead)
+      : std::runtime_error("the content ends too early"), bytesRead_(bytesRead)
+  {
+  }
+  [[nodiscard]] std::size_t bytesRead() const { return bytesRead_; }
+
+ private:
+  std::size_t bytesRead_;
+};
 
 /** Reads what writePayload wrote.
  *

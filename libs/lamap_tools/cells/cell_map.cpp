@@ -1,7 +1,7 @@
+#include <lamap_mrpt/files/environment.h>
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_tools/cells/cell_map.h>
 #include <lamap_tools/cells/octomap_file.h>
-#include <lamap_tools/files/text_fields.h>
 #include <mrpt/core/format.h>
 #include <mrpt/maps/CColouredOctoMap.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
@@ -9,7 +9,6 @@
 #include <mrpt/opengl/COctoMapVoxels.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <optional>
 #include <stdexcept>
 
@@ -212,9 +211,8 @@ namespace
 double mostCells()
 {
   constexpr double kMost = 0x1p28;
-  const char* text = std::getenv("LAMAP_MAX_CELLS");
-  const auto wanted = text != nullptr ? numberIn<double>(text) : std::nullopt;
-  return wanted && *wanted > 0 ? *wanted : kMost;
+  const auto wanted = limitFromEnvironment("LAMAP_MAX_CELLS");
+  return wanted ? static_cast<double>(*wanted) : kMost;
 }
 }  // namespace
 

@@ -242,7 +242,7 @@ octomap::OcTreeKey keyOf(const CellIndex& cell)
 }
 }  // namespace
 
-void writeOctomapFile(const CellMap& map, const std::string& path)
+void writeOctomap(const CellMap& map, const std::string& path, std::ostream& out)
 {
   const bool binary = extensionOf(path) == ".bt";
   const auto extent = cellExtent(map);
@@ -267,10 +267,14 @@ void writeOctomapFile(const CellMap& map, const std::string& path)
                              "probabilities of unknown cells too");
   tree.updateInnerOccupancy();
   tree.prune();
+  writeTree(tree, binary, out);
+}
 
+void writeOctomapFile(const CellMap& map, const std::string& path)
+{
   AtomicFile file(path);
   std::ofstream out(file.temporaryPath(), std::ios::binary | std::ios::trunc);
-  writeTree(tree, binary, out);
+  writeOctomap(map, path, out);
   out.close();
   if (!out) throw std::runtime_error(path + ": cannot be written: " + std::strerror(errno));
   file.commit();

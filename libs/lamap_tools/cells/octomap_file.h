@@ -2,6 +2,7 @@
 
 #include <lamap_tools/cells/cell_map.h>
 
+#include <iosfwd>
 #include <memory>
 #include <string>
 
@@ -22,5 +23,8 @@ namespace lamap::tools
  * @throws std::runtime_error if a cell is beyond OctoMap's ±32,768 cells (names the extent), if there is no
  * cell to write, or if the file cannot be written. */
 void writeOctomapFile(const CellMap& map, const std::string& path);
+
+/// The same into a stream. @param path  names the format, and the file in messages
+void writeOctomap(const CellMap& map, const std::string& path, std::ostream& out);
 
 }  // namespace lamap::tools

@@ -1,6 +1,7 @@
 #include <lamap_tools/commands/compare.h>
 
 #include <lamap_core/training/scan_labels.h>
+#include <lamap_mrpt/compat/mrpt_compat.h>
 #include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_mrpt/learned_map/CLearnedMap.h>
 #include <lamap_tools/cells/truth.h>
@@ -18,6 +19,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <ostream>
 #include <sstream>
 #include <stdexcept>
@@ -31,7 +33,6 @@ struct NamedRequest
 {
   std::string name;
   MapRequest request;
-  bool hasOwnSettings = false;
 };
 
 /// Whether there is a colon that is not one of the two between a namespace and a class.
@@ -46,19 +47,14 @@ NamedRequest requestOf(const std::string& text, const CompareOptions& options)
 {
   const size_t colon = text.find(": ");
   const bool labelled = colon != std::string::npos;
-  NamedRequest named{
-      labelled ? text.substr(0, colon) : text, {"", options.configPath, options.settings}, false};
+  NamedRequest named{labelled ? text.substr(0, colon) : text, {"", options.configPath, options.settings}};
   std::istringstream words(labelled ? text.substr(colon + 2) : text);
   words >> named.request.mapName;
   if (labelled && named.name.empty()) throw UsageError("-m '" + text + "': the label is empty");
   if (named.request.mapName.empty()) throw UsageError("-m '" + text + "': expected the name of a map");
   if (hasLoneColon(named.request.mapName))
     throw UsageError("-m '" + text + "': expected 'LABEL: MAP', with a space after the colon");
-  for (std::string word; words >> word;)
-  {
-    named.request.settings.push_back(word);
-    named.hasOwnSettings = true;
-  }
+  for (std::string word; words >> word;) named.request.ownSettings.push_back(word);
   return named;
 }
 
@@ -89,7 +85,7 @@ MapDefinition definitionOf(const NamedRequest& named)
   }
   catch (const UsageError& error)
   {
-    const bool shared = named.request.settings.size() > 0 && !named.hasOwnSettings;
+    const bool shared = !named.request.settings.empty() && named.request.ownSettings.empty();
     throw UsageError(
         "-m '" + named.name + "': " + error.what() +
         (shared ? "; a setting of one map only stands after its name: -m 'MAP section.key=value'" : ""));
@@ -181,9 +177,40 @@ void requireLegalOptions(const CompareOptions& options)
   requireOutput(options.tablePath, {".csv", ".md"}, "the table is written as .csv or .md");
 }
 
-std::vector<Builder> buildersFor(const CompareOptions& options)
+/// Maps that are compared, and those that are not.
+struct Contestants
 {
   std::vector<Builder> builders;
+  std::vector<RefusedMap> refused;
+};
+
+/// Why the map cannot be made so, without its name.
+std::string reasonOf(const NamedRequest& named)
+{
+  try
+  {
+    (void)createMap(readMapDefinition(named.request));
+    return "";
+  }
+  catch (const std::exception& error)
+  {
+    return compat::messageOf(error);
+  }
+}
+
+/// Whether the map could be made, were it not for the settings of all maps.
+bool isLegalAlone(NamedRequest named)
+{
+  named.request.settings.clear();
+  return reasonOf(named).empty();
+}
+
+/// @throws UsageError if a map is asked for in vain, or no map takes the settings of all
+Contestants contestantsFor(const CompareOptions& options)
+{
+  requireDifferentKeys(options.settings);
+  Contestants all;
+  std::exception_ptr first;  // of what a map refuses
   std::vector<std::string> names;
   for (const std::string& text : namesOfMaps(options))
   {
@@ -191,21 +218,68 @@ std::vector<Builder> buildersFor(const CompareOptions& options)
     if (std::find(names.begin(), names.end(), named.name) != names.end())
       throw UsageError("-m " + text + ": twice the same map, or the same label");
     names.push_back(named.name);
-    builders.emplace_back(named, options);
+    try
+    {
+      all.builders.emplace_back(named, options);
+    }
+    catch (const std::exception&)
+    {
+      if (options.settings.empty() || !isLegalAlone(named)) throw;
+      all.refused.push_back({named.name, reasonOf(named)});
+      if (!first) first = std::current_exception();
+    }
   }
-  return builders;
+  if (all.builders.empty()) std::rethrow_exception(first);
+  return all;
 }
 
-/// @throws std::runtime_error if one of the maps has nothing to be compared by
-void requireScans(const std::vector<Builder>& builders, const std::optional<HeldOutChoice>& choice)
+/// Leaves out maps that took no scan. @throws std::runtime_error if there is no other
+void leaveOutMapsWithoutScans(Contestants& all)
 {
-  for (const Builder& builder : builders)
-    if (builder.inserter->tally().usedCount() == 0)
-      throw std::runtime_error(builder.name + ": not one scan that the map takes" +
-                               reasonsOf(builder.inserter->tally()));
-  if (choice && choice->heldOut() == 0)
-    throw std::runtime_error("only " + counted(choice->mostScans(), "usable scan") +
+  std::vector<Builder> builders;
+  for (Builder& builder : all.builders)
+    if (builder.inserter->tally().usedCount() > 0)
+      builders.push_back(std::move(builder));
+    else
+      all.refused.push_back(
+          {builder.name, "not one scan that the map takes" + reasonsOf(builder.inserter->tally(), "; ")});
+  all.builders = std::move(builders);
+  if (all.builders.empty())
+    throw std::runtime_error(all.refused.back().name + ": " + all.refused.back().reason);
+}
+
+void requireHeldOut(const HeldOutChoice& choice)
+{
+  if (choice.heldOut() == 0)
+    throw std::runtime_error("only " + counted(choice.mostScans(), "usable scan") +
                              " of a sensor: none would be held out");
+}
+
+/// Scores each map by score(its number), and leaves out those that it throws for.
+/// @throws std::runtime_error if it does for all
+template <typename Score>
+void scoreEach(Comparison& comparison, const Score& score)
+{
+  std::vector<ComparedMap> scored;
+  for (size_t i = 0; i < comparison.maps.size(); ++i)
+  {
+    ComparedMap& map = comparison.maps[i];
+    try
+    {
+      score(i, map);
+      scored.push_back(std::move(map));
+    }
+    catch (const UsageError&)
+    {
+      throw;
+    }
+    catch (const std::runtime_error& error)
+    {
+      comparison.refused.push_back({map.name, error.what()});
+    }
+  }
+  if (scored.empty()) throw std::runtime_error(comparison.refused.back().reason);
+  comparison.maps = std::move(scored);
 }
 
 void scoreAll(Comparison& comparison, const CompareOptions& options, const std::optional<Truth>& truth,
@@ -214,12 +288,14 @@ void scoreAll(Comparison& comparison, const CompareOptions& options, const std::
   if (truth)
   {
     comparison.scoredBy = counted(truth->cells.size(), "cell") + " of " + truth->name;
-    for (ComparedMap& map : comparison.maps)
-      map.scores = scoreMap({map.map, cellsOf(map.map), {}}, map.name, *truth, options.thresholds);
+    scoreEach(comparison,
+              [&](size_t, ComparedMap& map) {
+                map.scores = scoreMap({map.map, cellsOf(map.map), {}}, map.name, *truth, options.thresholds);
+              });
   }
   if (!choice) return;
   comparison.scoredBy = "the cells shown by " + counted(choice->heldOut(), "scan") + " held out";
-  for (size_t i = 0; i < builders.size(); ++i) builders[i].score(comparison.maps[i], options.thresholds);
+  scoreEach(comparison, [&](size_t i, ComparedMap& map) { builders[i].score(map, options.thresholds); });
   if (!haveSameCells(builders))
     comparison.notes.emplace_back(
         "the maps have cells of different sizes or layers: each is scored over its own");
@@ -229,7 +305,7 @@ void scoreAll(Comparison& comparison, const CompareOptions& options, const std::
 Comparison compareMaps(const CompareOptions& options, const ProgressSink& progress)
 {
   requireLegalOptions(options);
-  std::vector<Builder> builders = buildersFor(options);
+  Contestants all = contestantsFor(options);
   std::optional<Truth> truth;
   if (!options.truthPath.empty()) truth = readTruth(options.truthPath);
   if (truth && !options.surfacePath.empty()) readSurface(options.surfacePath, *truth);
@@ -237,7 +313,7 @@ Comparison compareMaps(const CompareOptions& options, const ProgressSink& progre
   if (options.heldOutEvery > 0)
   {
     choice.emplace(options.heldOutEvery);
-    scoreEquallyFar(options, builders);
+    scoreEquallyFar(options, all.builders);
   }
   const auto sources = openInputs(options.inputs);
 
@@ -246,7 +322,7 @@ Comparison compareMaps(const CompareOptions& options, const ProgressSink& progre
   {
     const auto scan = choice ? scanOf(item) : std::nullopt;
     const bool heldOut = scan && choice->isHeldOut(item);
-    for (Builder& builder : builders)
+    for (Builder& builder : all.builders)
       if (heldOut)
         builder.shown.add(*scan, builder.rules);
       else
@@ -256,9 +332,11 @@ Comparison compareMaps(const CompareOptions& options, const ProgressSink& progre
   comparison.inputs = reportsOf(sources);
   comparison.inputNotes = allNotesOf(sources);
   if (comparison.stopped) return comparison;
-  requireScans(builders, choice);
-  for (Builder& builder : builders) comparison.maps.push_back(builder.finish());
-  scoreAll(comparison, options, truth, choice, builders);
+  leaveOutMapsWithoutScans(all);
+  if (choice) requireHeldOut(*choice);
+  for (Builder& builder : all.builders) comparison.maps.push_back(builder.finish());
+  comparison.refused = std::move(all.refused);
+  scoreAll(comparison, options, truth, choice, all.builders);
   if (!options.tablePath.empty())
   {
     const bool markdown = extensionOf(options.tablePath) == ".md";
@@ -331,6 +409,13 @@ TextTable comparisonTable(const Comparison& comparison, ForWhom forWhom)
                                 "occupied_per_surface_cell", "surface_called_free", "free_called_free"});
   }
   append(head, people ? Row{"scans", "ms per scan", "MiB"} : Row{"scans", "ms_per_scan", "memory_bytes"});
+  const bool someRefused = !comparison.refused.empty();
+  if (someRefused)
+  {
+    append(head, Row{people ? "not compared, because" : "refused"});
+    table.endWithSentences();
+  }
+  const size_t columns = head.size();
   table.add(head);
   for (const ComparedMap& map : comparison.maps)
   {
@@ -358,6 +443,14 @@ TextTable comparisonTable(const Comparison& comparison, ForWhom forWhom)
             !map.memoryBytes ? none
             : people         ? mrpt::format("%.3f", static_cast<double>(*map.memoryBytes) / (1024.0 * 1024.0))
                              : std::to_string(*map.memoryBytes)});
+    row.resize(columns);
+    table.add(row);
+  }
+  for (const auto& [name, reason] : comparison.refused)
+  {
+    Row row(columns, people ? "-" : "");
+    row.front() = name;
+    row.back() = reason;
     table.add(row);
   }
   return table;
@@ -404,6 +497,9 @@ Json comparisonJson(const Comparison& comparison)
     if (map.scoresOfReturned) one["scoresOfReturned"] = scoresJson(*map.scoresOfReturned);
     json["maps"].push_back(one);
   }
+  json["refused"] = Json::array();
+  for (const auto& [name, reason] : comparison.refused)
+    json["refused"].push_back({{"map", name}, {"reason", reason}});
   return json;
 }
 

@@ -63,9 +63,17 @@ struct ComparedMap
   }
 };
 
+/// A map that cannot be compared with the others.
+struct RefusedMap
+{
+  std::string name;
+  std::string reason;  ///< why it does not take a setting for all maps, the log, or what scores it
+};
+
 struct Comparison
 {
-  std::vector<ComparedMap> maps;
+  std::vector<ComparedMap> maps;  ///< at least one, unless it was stopped
+  std::vector<RefusedMap> refused;
   std::string scoredBy;  ///< what the scores are over, in words; empty: there are none
   std::vector<std::string> notes;
   std::vector<InputReport> inputs;
@@ -76,12 +84,14 @@ struct Comparison
 
 /** Builds several maps from one reading of the inputs, scores them alike, and takes the time that each needs
  * for a scan: only insertion counts, and each map gets a copy of the scan that no other has prepared for it.
+ * A map that does not take a setting for all maps, a single scan of the log, or what scores it is left out
+ * with the reason, as long as another one does.
  *
  * @throws UsageError if the options do not go together or there is no such map; std::runtime_error as
  * buildMap(), scoreMap() and scoreHeldOut(), and if the page cannot be written */
 [[nodiscard]] Comparison compareMaps(const CompareOptions& options, const ProgressSink& progress = nullptr);
 
-/// The maps in one table: quality over all cells, time for a scan, memory.
+/// The maps in one table: quality over all cells, time for a scan, memory; after them, why others are not.
 void printComparison(const Comparison& comparison, std::ostream& out);
 [[nodiscard]] Json comparisonJson(const Comparison& comparison);
 

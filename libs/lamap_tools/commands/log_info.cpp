@@ -395,6 +395,7 @@ LogInfo readLogInfo(InputOptions options, const ProgressSink& progress)
   info.fileBytes = bytesOf(info.path);
   info.input = reportsOf(sources).at(0);
   info.poses = sources.at(0)->notes();
+  info.readings = sources.at(0)->readingNotes();
   if (const auto& chooser = sources.at(0)->chooser()) info.choice = chooser->summary();
   info.posesAreOdometry = sources.at(0)->posesAreOdometry();
   info.notes = notesOn(info);
@@ -412,6 +413,7 @@ void printLogInfo(const LogInfo& info, std::ostream& out)
   }
   if (!info.choice.empty()) printFact(out, "choice", info.choice);
   for (const SensorInfo& sensor : info.sensors) printSensor(sensor, info, out);
+  for (const std::string& text : info.readings) printFact(out, "readings", text);
   for (const std::string& text : info.poses) printFact(out, "poses", text);
   if (info.robotPath) printPath(*info.robotPath, out);
   printFact(out, "a build would use",
@@ -429,6 +431,7 @@ Json logInfoJson(const LogInfo& info)
   json["choice"] = info.choice;
   json["sensors"] = Json::array();
   for (const SensorInfo& sensor : info.sensors) json["sensors"].push_back(sensorJson(sensor, info));
+  json["readings"] = info.readings;
   json["poses"] = {{"notes", info.poses}, {"odometry", info.posesAreOdometry}};
   json["poses"]["path"] = info.robotPath ? pathJson(*info.robotPath) : Json(nullptr);
   json["build"] = {{"scans", info.build.usedCount()}, {"used", info.build.used}};

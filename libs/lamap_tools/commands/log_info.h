@@ -61,6 +61,7 @@ struct LogInfo
   std::optional<TimeSpan> time;       ///< of the observations that were chosen
   std::vector<SensorInfo> sensors;    ///< by name
   std::string choice;                 ///< what of the log was chosen; empty: all
+  std::vector<std::string> readings;  ///< how they were understood
   std::vector<std::string> poses;     ///< where they come from, and remarks
   bool posesAreOdometry = false;      ///< see ScanSource
   std::optional<PathInfo> robotPath;  ///< nothing where no observation has a pose

@@ -53,6 +53,7 @@ void requireSameOptions(const CLearnedMap& map, const BuildOptions& options, con
     for (const Setting& setting : settingsIn(options.map.configPath, nameInFile))
       if (const std::string text = conflict(setting); !text.empty())
         throw std::runtime_error(options.map.configPath + ": " + text);
+  requireDifferentKeys(options.map.settings);
   for (const std::string& text : options.map.settings)
     if (const std::string what = conflict(parseSetting(text)); !what.empty()) throw UsageError("-s " + what);
 }

@@ -2,7 +2,10 @@
 
 #include <lamap_tools/files/text_fields.h>
 
+#include <mrpt/system/string_utils.h>
+
 #include <fstream>
+#include <map>
 #include <stdexcept>
 
 namespace lamap::tools
@@ -20,7 +23,8 @@ void requireAssignments(const std::string& path,
 {
   std::ifstream file(path);
   std::string section;
-  bool continued = false;  // by a backslash at the end of the line before
+  std::map<std::string, size_t> lines;  // of sections' keys
+  bool continued = false;               // by a backslash at the end of the line before
   std::string text;
   for (size_t number = 1; std::getline(file, text); ++number)
   {
@@ -33,9 +37,17 @@ void requireAssignments(const std::string& path,
       section = line.substr(1, line.find(']') - 1);
       continue;
     }
-    if (line.find('=') == std::string::npos && isAskedAbout(section))
+    const size_t equals = line.find('=');
+    if (!isAskedAbout(section)) continue;
+    if (equals == std::string::npos)
       throw std::runtime_error("line " + std::to_string(number) + ", \"" + line + "\" in section \"" +
                                section + "\", is no \"key = value\"; MRPT would ignore it");
+    const std::string key(trimmed(std::string_view(line).substr(0, equals)));
+    const auto [first, isNew] = lines.insert({mrpt::system::lowerCase(section + "\n" + key), number});
+    if (!isNew)
+      throw std::runtime_error("line " + std::to_string(number) + ": \"" + key +
+                               "\" is given twice in section \"" + section + "\", first in line " +
+                               std::to_string(first->second));
   }
 }
 

@@ -17,6 +17,7 @@
 #include <fstream>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 
 namespace lamap::tools
@@ -160,6 +161,18 @@ Setting parseSetting(const std::string& setting)
   return {setting.substr(0, dot), setting.substr(dot + 1, equals - dot - 1), setting.substr(equals + 1)};
 }
 
+void requireDifferentKeys(const std::vector<std::string>& settings)
+{
+  std::set<std::string> keys;
+  for (const std::string& text : settings)
+  {
+    const Setting setting = parseSetting(text);
+    const std::string key = setting.section + "." + setting.key;
+    if (!keys.insert(mrpt::system::lowerCase(key)).second)
+      throw UsageError("-s " + text + ": " + key + " is given twice");
+  }
+}
+
 std::vector<Setting> settingsIn(const std::string& configPath, const std::string& mapName)
 {
   const mrpt::config::CConfigFile config(configPath);
@@ -273,11 +286,15 @@ MapDefinition readMapDefinition(const MapRequest& request)
   }
 
   RecordedConfig config(*file);
-  for (const std::string& text : request.settings)
+  for (const auto* settings : {&request.settings, &request.ownSettings})
   {
-    const Setting setting = parseSetting(text);
-    config.setValue(std::string(kSection) + "_" + result.name + "_00_" + setting.section, setting.key,
-                    setting.text);
+    requireDifferentKeys(*settings);
+    for (const std::string& text : *settings)
+    {
+      const Setting setting = parseSetting(text);
+      config.setValue(std::string(kSection) + "_" + result.name + "_00_" + setting.section, setting.key,
+                      setting.text);
+    }
   }
   try
   {

@@ -17,8 +17,10 @@ struct MapRequest
   /** An .ini file with `[map]`, `<alias>_count=1` and `[map_<alias>_00_creationOpts]` and so on, as
    * RawLogViewer takes it; empty: none. */
   std::string configPath;
-  /// "section.key=value", e.g. "insertOpts.maxRange=30"; over what the file says, the last one wins.
+  /// "section.key=value", e.g. "insertOpts.maxRange=30"; over what the file says. No key twice.
   std::vector<std::string> settings;
+  /// The same over the settings, which hold for other maps, too.
+  std::vector<std::string> ownSettings{};
 };
 
 /// A setting taken apart. @throws UsageError unless it is "section.key=value" with none of the three empty.
@@ -29,6 +31,9 @@ struct Setting
   std::string text;
 };
 [[nodiscard]] Setting parseSetting(const std::string& setting);
+
+/// @throws UsageError naming the second setting of a key, whose case does not count
+void requireDifferentKeys(const std::vector<std::string>& settings);
 
 /// The settings of an .ini file for its first map of a name, in the file's order.
 [[nodiscard]] std::vector<Setting> settingsIn(const std::string& configPath, const std::string& mapName);

@@ -83,8 +83,7 @@ void writeRosMap(const CellMap& map, const std::string& yamlPath, const ExportOp
               "\norigin: [" + shortest(layer.extent.first.x * map.resolution()) + ", " +
               shortest(layer.extent.first.y * map.resolution()) +
               ", 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
-  pgm.commit();
-  yaml.commit();
+  FileOutput::commitAll({&pgm, &yaml});
 }
 
 }  // namespace lamap::tools

@@ -43,10 +43,25 @@ void FileOutput::append(double number)
 
 void FileOutput::commit()
 {
+  commitAll({this});
+}
+
+void FileOutput::commitAll(const std::vector<FileOutput*>& files)
+{
+  std::vector<AtomicFile*> whole;
+  for (FileOutput* file : files)
+  {
+    file->close();
+    whole.push_back(&file->file_);
+  }
+  AtomicFile::commitAll(whole);
+}
+
+void FileOutput::close()
+{
   std::FILE* stream = stream_;
   stream_ = nullptr;
   if (std::fclose(stream) != 0) fail();
-  file_.commit();
 }
 
 void FileOutput::fail() const

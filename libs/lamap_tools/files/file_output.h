@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace lamap::tools
 {
@@ -32,9 +33,12 @@ class FileOutput
 
   /// Puts the file in its place. @throws as append.
   void commit();
+  /// Files that belong together: all of them, or none, as AtomicFile::commitAll(). @throws as append.
+  static void commitAll(const std::vector<FileOutput*>& files);
 
  private:
   [[noreturn]] void fail() const;
+  void close();
 
   AtomicFile file_;
   std::FILE* stream_ = nullptr;

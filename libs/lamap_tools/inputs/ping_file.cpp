@@ -86,6 +86,21 @@ Profile profileIn(const std::vector<std::string_view>& fields)
   return profile;
 }
 
+/// The first one tells whether the table holds pings at all.
+Profile firstProfileIn(const std::vector<std::string_view>& fields)
+{
+  try
+  {
+    return profileIn(fields);
+  }
+  catch (const std::runtime_error& error)
+  {
+    throw std::runtime_error(std::string(error.what()) +
+                             ". As a log, a .csv holds the pings of a scanning sonar, one a line: time [s], "
+                             "azimuth, maximum range [m], intensities");
+  }
+}
+
 /// Whether a line names the columns of pings: of other tables, e.g. of points, each line would look like one.
 bool isHeader(const std::vector<std::string_view>& fields)
 {
@@ -119,7 +134,7 @@ void forEachProfile(const std::string& path, const std::function<bool()>& should
                 const auto fields = columnsOf(line);
                 const bool mayBeHeader = std::exchange(isFirst, false);
                 if (mayBeHeader && isHeader(fields)) return;
-                Profile profile = profileIn(fields);
+                Profile profile = before ? profileIn(fields) : firstProfileIn(fields);
                 if (before) requireSameBins(profile, *before);
                 visit(profile);
                 before = std::move(profile);

@@ -2,6 +2,7 @@
 #include <lamap_mrpt/observations/isometry.h>
 #include <lamap_tools/inputs/ping_file.h>
 #include <lamap_tools/inputs/ping_source.h>
+#include <lamap_tools/report/counted.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -30,10 +31,11 @@ class PingSource : public ScanSource
     if (track_ && expectedItems_ > 0) requirePoses(options.posesPath);
     notes_ = {track_                  ? "poses from the given file, by time"
               : options.standingStill ? "the robot stood still at the origin"
-                                      : "no poses are given: a build needs --poses",
-              echoesText()};
+                                      : "no poses are given: a build needs --poses"};
+    readingNotes_ = {echoesText()};
     if (rules_.beamWidth_deg == 0 && rules_.beamHeight_deg == 0)
-      notes_.push_back("no opening angles of the beam are given (--ping-beam): echoes are put on its axis");
+      readingNotes_.push_back(
+          "no opening angles of the beam are given (--ping-beam): echoes are put on its axis");
   }
 
   [[nodiscard]] std::optional<ScanItem> nextOfAll() override
@@ -78,9 +80,9 @@ class PingSource : public ScanSource
     std::string threshold = roundedText(rules.nearThreshold);
     if (rules.farThreshold != rules.nearThreshold)
       threshold += " near the sensor to " + roundedText(rules.farThreshold) + " at the maximum range";
-    return std::to_string(file_.pings.size()) + " pings, " + std::to_string(echoes) + " echoes of at least " +
+    return counted(file_.pings.size(), "ping") + ", " + counted(echoes, "echo") + " of at least " +
            threshold + (rules_.threshold ? "" : " (half of the highest intensity)") + "; " +
-           std::to_string(silent) + " pings without an echo";
+           counted(silent, "ping") + " without an echo";
   }
 
   PingRules rules_;

@@ -144,11 +144,11 @@ void printLeftOut(const InsertionTally& tally, std::ostream& out, const std::str
     out << "  " << who << "left out: " << count << " " << what.first << ": " << what.second << "\n";
 }
 
-std::string reasonsOf(const InsertionTally& tally)
+std::string reasonsOf(const InsertionTally& tally, const std::string& separator)
 {
   std::string reasons;
   for (const auto& [what, count] : tally.leftOut)
-    reasons += "\n  " + std::to_string(count) + " " + what.first + ": " + what.second;
+    reasons += separator + std::to_string(count) + " " + what.first + ": " + what.second;
   return reasons;
 }
 

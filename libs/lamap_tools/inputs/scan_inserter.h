@@ -24,8 +24,8 @@ struct InsertionTally
 /// Why scans were not used: "  left out: COUNT KIND: REASON" per line. @param who  is named before it
 void printLeftOut(const InsertionTally& tally, std::ostream& out, const std::string& who = "");
 
-/// The same for an error, each line after a line break.
-[[nodiscard]] std::string reasonsOf(const InsertionTally& tally);
+/// The same for an error, each after the separator: lines of their own.
+[[nodiscard]] std::string reasonsOf(const InsertionTally& tally, const std::string& separator = "\n  ");
 
 /** Inserts scans into any map and counts them. The map must outlive it.
  *

@@ -56,7 +56,12 @@ std::vector<InputReport> reportsOf(const std::vector<std::unique_ptr<ScanSource>
 {
   std::vector<InputReport> reports;
   reports.reserve(sources.size());
-  for (const auto& source : sources) reports.push_back({source->path(), source->notes(), source->damages()});
+  for (const auto& source : sources)
+  {
+    reports.push_back({source->path(), source->notes(), source->damages()});
+    std::vector<std::string>& notes = reports.back().notes;
+    notes.insert(notes.end(), source->readingNotes().begin(), source->readingNotes().end());
+  }
   if (sources.size() == 1 && sources.front()->chooser())
     reports.front().notes.push_back(sources.front()->chooser()->summary());
   return reports;

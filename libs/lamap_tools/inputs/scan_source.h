@@ -79,8 +79,10 @@ class ScanSource
   [[nodiscard]] const std::vector<std::string>& damages() const { return damages_; }
   /// Whether the poses are a robot's odometry as the log holds it, which drifts.
   [[nodiscard]] bool posesAreOdometry() const { return posesAreOdometry_; }
-  /// Remarks for the report on how this input was read.
+  /// Remarks for the report on how this input was read: on its poses.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+  /// The same, on its readings.
+  [[nodiscard]] const std::vector<std::string>& readingNotes() const { return readingNotes_; }
   /// Remarks on this input and others together, which they name.
   [[nodiscard]] const std::vector<std::string>& jointNotes() const { return jointNotes_; }
 
@@ -97,6 +99,7 @@ class ScanSource
   size_t expectedItems_ = 0;
   std::vector<std::string> damages_;
   std::vector<std::string> notes_;
+  std::vector<std::string> readingNotes_;
   std::vector<std::string> jointNotes_;
   bool posesAreOdometry_ = false;
 

@@ -7,9 +7,10 @@ namespace
 std::string pluralOf(const std::string& noun)
 {
   const size_t last = noun.size() - 1;
-  const bool becomesIes =
-      last > 0 && noun[last] == 'y' && std::string("aeiou").find(noun[last - 1]) == std::string::npos;
-  return becomesIes ? noun.substr(0, last) + "ies" : noun + "s";
+  const bool afterConsonant = last > 0 && std::string("aeiou").find(noun[last - 1]) == std::string::npos;
+  if (noun[last] == 'y' && afterConsonant) return noun.substr(0, last) + "ies";
+  if (noun[last] == 'o' && afterConsonant) return noun + "es";
+  return noun + "s";
 }
 }  // namespace
 

@@ -15,12 +15,14 @@ void TextTable::print(std::ostream& out) const
     for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
   for (const auto& row : rows_)
   {
+    std::string line;
     for (size_t i = 0; i < row.size(); ++i)
     {
       const std::string gap(widths[i] - row[i].size(), ' ');
-      out << "  " << (i == 0 ? row[i] + gap : gap + row[i]);
+      line += "  " + (isLeftAligned(i) ? row[i] + gap : gap + row[i]);
     }
-    out << "\n";
+    if (endsWithSentences_) line.erase(line.find_last_not_of(' ') + 1);
+    out << line << "\n";
   }
 }
 
@@ -37,7 +39,7 @@ std::string markdownOf(const TextTable& table)
     }
     text += "|\n";
     if (&row != &table.rows().front()) continue;
-    for (size_t i = 0; i < row.size(); ++i) text += i == 0 ? "|---" : "|---:";
+    for (size_t i = 0; i < row.size(); ++i) text += table.isLeftAligned(i) ? "|---" : "|---:";
     text += "|\n";
   }
   return text;

@@ -11,6 +11,12 @@ namespace lamap::tools
 class TextTable
 {
  public:
+  /// The last column holds sentences: it is left-aligned.
+  void endWithSentences() { endsWithSentences_ = true; }
+  [[nodiscard]] bool isLeftAligned(size_t column) const
+  {
+    return column == 0 || (endsWithSentences_ && column + 1 == rows_.front().size());
+  }
   /// Adds a row with as many texts as all others.
   void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
   [[nodiscard]] const std::vector<std::vector<std::string>>& rows() const { return rows_; }
@@ -19,6 +25,7 @@ class TextTable
 
  private:
   std::vector<std::vector<std::string>> rows_;
+  bool endsWithSentences_ = false;
 };
 
 /// A table in Markdown, the first column left-aligned, the others right-aligned.

@@ -69,10 +69,10 @@ SensorModel sensorFor(const SimulateOptions& options, const World& world)
 {
   const Default& usual = defaultOf(options.world);
   const std::string name = options.sensor.empty() ? usual.sensor : options.sensor;
-  requireKnown("sensor", name, sim::sensorNames());
+  requireKnown("--sensor", name, sim::sensorNames());
   SensorModel sensor = sim::makeSensor(name);
   if (world.flat && sensor.kind != SensorKind::Planar)
-    throw UsageError("sensor '" + name + "': " + world.name +
+    throw UsageError("--sensor " + name + ": " + world.name +
                      " is two-dimensional, it takes a planar-laser only");
   if (name == usual.sensor && usual.rangeMax_m > 0) sensor.rangeMax_m = usual.rangeMax_m;
   if (options.rangeMax_m) sensor.rangeMax_m = *options.rangeMax_m;
@@ -468,15 +468,13 @@ class Simulation
 
   void commit()
   {
-    // An octree is put in its place by its writer: first, for it may still fail.
-    for (size_t i = 0; i < files_.size(); ++i)
-      if (endsWith(report_.files[i], ".bt"))
-      {
-        files_[i].reset();
-        writeTruthOctree(truth_, options_.resolution_m, report_.files[i]);
-      }
-    for (const auto& file : files_)
-      if (file) file->commit();
+    std::vector<FileOutput*> all;
+    for (const std::string& path : report_.files)
+    {
+      if (endsWith(path, ".bt")) writeTruthOctree(truth_, options_.resolution_m, path, file(path));
+      all.push_back(&file(path));
+    }
+    FileOutput::commitAll(all);
   }
 
   SimulateOptions options_;
@@ -490,6 +488,21 @@ class Simulation
 };
 }  // namespace
 
+namespace
+{
+/// The library's message with the flag in the place of what it calls the option.
+std::string asFlagsSay(const std::string& message)
+{
+  constexpr std::pair<std::string_view, const char*> kFlags[] = {
+      {"maximum range [m]", "--max-range"}, {"missing", "--missing"},
+      {"longest burst", "--missing-burst"}, {"point noise", "--point-noise"},
+      {"resolution", "--resolution"},       {"scans", "--scans"}};
+  for (const auto& [name, flag] : kFlags)
+    if (message.rfind(name, 0) == 0) return flag + message.substr(name.size());
+  return message;
+}
+}  // namespace
+
 SimulateReport simulate(const SimulateOptions& options, const ProgressSink& progress)
 {
   requireLegal(options);
@@ -499,7 +512,7 @@ SimulateReport simulate(const SimulateOptions& options, const ProgressSink& prog
   }
   catch (const std::invalid_argument& error)
   {
-    throw UsageError(error.what());
+    throw UsageError(asFlagsSay(error.what()));
   }
 }
 

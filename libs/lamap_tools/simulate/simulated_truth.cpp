@@ -3,6 +3,8 @@
 #include <lamap_tools/cells/octomap_file.h>
 #include <lamap_tools/cells/truth_cells.h>
 
+#include <sstream>
+
 namespace lamap::tools
 {
 bool writeTruthCsv(const std::vector<sim::TrueCell>& cells, double resolution_m, FileOutput& file,
@@ -36,12 +38,15 @@ void writePointsCsv(const std::vector<Eigen::Vector3d>& points, FileOutput& file
     }
 }
 
-void writeTruthOctree(const std::vector<sim::TrueCell>& cells, double resolution_m, const std::string& path)
+void writeTruthOctree(const std::vector<sim::TrueCell>& cells, double resolution_m, const std::string& path,
+                      FileOutput& file)
 {
   std::vector<LabelledCell> labelled;
   labelled.reserve(cells.size());
   for (const sim::TrueCell& cell : cells) labelled.emplace_back(cell.index, cell.occupied);
-  writeOctomapFile(*cellsOf(std::move(labelled), resolution_m), path);
+  std::ostringstream tree;
+  writeOctomap(*cellsOf(std::move(labelled), resolution_m), path, tree);
+  file.append(tree.str());
 }
 
 }  // namespace lamap::tools

@@ -20,7 +20,8 @@ bool writeTruthCsv(const std::vector<sim::TrueCell>& cells, double resolution_m,
 /// `x,y,z`: one line per point [m].
 void writePointsCsv(const std::vector<Eigen::Vector3d>& points, FileOutput& file);
 
-/// OctoMap's `.bt`, put in its place. @throws as writeOctomapFile
-void writeTruthOctree(const std::vector<sim::TrueCell>& cells, double resolution_m, const std::string& path);
+/// OctoMap's `.bt`. @throws as writeOctomapFile
+void writeTruthOctree(const std::vector<sim::TrueCell>& cells, double resolution_m, const std::string& path,
+                      FileOutput& file);
 
 }  // namespace lamap::tools
