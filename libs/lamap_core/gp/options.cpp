@@ -22,7 +22,7 @@ const OptionTable& GpStructure::optionTable()
              "gain of the function that maps means and variances to probabilities")
         .add("minVariance", &Self::minVariance, plain().above(0).to(1e3).usually("noiseVariance"),
              "minimum variance in that function")
-        .add("maxEvidence", &Self::maxEvidence, plain().from(0).to(1e12),
+        .add("maxEvidence", &Self::maxEvidence, plain().from(0).to(1e12).usually("7.5 / noiseVariance"),
              "a cell reads as if scans had given it this precision at most, with the same mean of theirs; 0: "
              "no limit")
         .onlyWhere({"maxEvidence"}, {{"fusion", {"bcm"}}});
@@ -74,6 +74,7 @@ GpStructure GpStructure::resolved() const
 {
   GpStructure filled = *this;
   filled.minVariance = resolvedMinVariance();
+  filled.maxEvidence = resolvedMaxEvidence();
   return filled;
 }
 
@@ -108,6 +109,7 @@ GpOptions presetOptions(GpPreset preset)
   options.structure.noiseVariance = 0.01;
   options.structure.squashGain = 100.0;
   options.structure.minVariance = 0.001;
+  options.structure.maxEvidence = 0;
   GpInference& inference = options.inference;
   inference.nested = true;
   inference.setAsInThesis();

@@ -37,11 +37,16 @@ struct GpStructure : public BlockOptions
   std::optional<double> minVariance;  ///< σ²_min of eq. (2.25), > 0; empty: noiseVariance
 
   /// Of `Bcm`: a cell reads as if the precision that scans gave it were this at most, with the same mean; 0:
-  /// no limit. A sharp hit or free point gives 1/noiseVariance.
-  double maxEvidence = 0;
+  /// no limit. Empty: as many sharp hits or free points, of 1/noiseVariance each, as kUsualMaxPoints.
+  std::optional<double> maxEvidence;
+  static constexpr double kUsualMaxPoints = 7.5;
 
+  [[nodiscard]] double resolvedMaxEvidence() const
+  {
+    return maxEvidence.value_or(kUsualMaxPoints / noiseVariance);
+  }
   [[nodiscard]] double resolvedMinVariance() const { return minVariance.value_or(noiseVariance); }
-  /// The same with minVariance filled in.
+  /// The same with minVariance and maxEvidence filled in.
   [[nodiscard]] GpStructure resolved() const;
   /// γ·σ²_min: log-odds for each unit of mean / variance.
   [[nodiscard]] double squash() const { return squashGain * resolvedMinVariance(); }

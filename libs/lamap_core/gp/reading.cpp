@@ -24,7 +24,7 @@ void GpReading::requireAddable(const GpReading& other) const
 
 GpReading::GpReading(const GpStructure& structure) : ReadingOf(structure)
 {
-  structure_.minVariance = structure_.resolvedMinVariance();
+  structure_ = structure.resolved();
 }
 
 CellEstimate GpReading::read(const CellIndex& /*cell*/, const CellSums& sums,
@@ -41,7 +41,7 @@ CellEstimate GpReading::read(const CellIndex& /*cell*/, const CellSums& sums,
   }
   const double prior = 1.0 / structure_.signalVariance;
   const double given = std::max(sumOf(sums.first), 0.0);
-  const double factor = evidenceFactor(given, structure_.maxEvidence);
+  const double factor = evidenceFactor(given, *structure_.maxEvidence);
   const double precision = prior + factor * given;
   const double weighted = factor * sumOf(sums.second);
   cell.variance = 1.0 / precision;                                        // Eq. (2.29)

@@ -3,6 +3,7 @@
 #include <lamap_core/math/portable_math.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace lamap
 {
@@ -14,14 +15,21 @@ double logoddsOf(const CellSums& sums, double outOfFieldLimit)
   return std::clamp(outside, -outOfFieldLimit, outOfFieldLimit);
 }
 
+double saturated(double logodds, double limit)
+{
+  const double share = std::abs(logodds) / limit;
+  const double less = share > 1 ? 1 / share : share;  // its powers do not overflow
+  const double root = std::sqrt(std::sqrt(1 + less * less * less * less));
+  return share > 1 ? std::copysign(limit / root, logodds) : logodds / root;
+}
+
 CellEstimate OverlappingReading::read(const CellIndex& /*cell*/, const CellSums& sums,
                                       const StateThresholds& thresholds) const
 {
   CellEstimate cell;
   const double logodds = logoddsOf(sums, structure_.outOfFieldLimit);
   const bool limited = sums.first != 0 && structure_.fieldLimit > 0;
-  cell.prob =
-      logistic(limited ? std::clamp(logodds, -structure_.fieldLimit, structure_.fieldLimit) : logodds);
+  cell.prob = logistic(limited ? saturated(logodds, structure_.fieldLimit) : logodds);
   cell.state = stateOf(cell.prob, thresholds);
   cell.evidence = {logodds, sums.first != 0 ? 1.0 : 0.0};
   return cell;

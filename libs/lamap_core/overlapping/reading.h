@@ -6,7 +6,7 @@
 namespace lamap
 {
 /** How an overlapping Hilbert map reads the two sums of a cell: log-odds of the models that have it in their
- * field, and of those that speak of it from outside. The probability knows log-odds in the field up to
+ * field, and of those that speak of it from outside. In the probability, log-odds in the field tend to
  * fieldLimit; `evidence` tells all of them. A Reading as EvidenceMap wants it. */
 class OverlappingReading : public ReadingOf<OverlappingStructure, SumKind::Signed>
 {
@@ -25,5 +25,8 @@ class OverlappingReading : public ReadingOf<OverlappingStructure, SumKind::Signe
 /// Log-odds of a cell: the sum of what was seen in the field, else what was said from outside, held to a
 /// limit.
 [[nodiscard]] double logoddsOf(const CellSums& sums, double outOfFieldLimit);
+
+/// L / (1 + (L/limit)⁴)^¼: tends to ±limit > 0, in the order of L, and is nearly L well below the limit.
+[[nodiscard]] double saturated(double logodds, double limit);
 
 }  // namespace lamap

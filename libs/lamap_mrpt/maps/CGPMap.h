@@ -18,6 +18,10 @@ struct GpLearner : public LearnerTypes<CGPMap, GpMap, GpStructure, GpInference, 
   static constexpr const char* kAlias = "gpMap";
   static inline const std::vector<std::string> kPresets{"default", "thesis", "la3dm"};
 
+  static void setAsBefore(GpStructure& creation, uint8_t version)
+  {
+    if (version < 3) creation.maxEvidence = 0;
+  }
   static void write(const GpMap& map, ByteWriter& out);
   static void read(GpMap& map, ByteReader& in, uint8_t version);
 };
@@ -27,7 +31,7 @@ extern template class LearnerMap<GpLearner>;
 /** 3D occupancy map by Gaussian process regression, thesis section 2.3, as an MRPT map: an exact GP on each
  * block of a scan, fused by a Bayesian committee machine. The baseline that chapter 4 of the thesis compares
  * BGK maps with; while a robot stands still, it becomes ever more certain, and its walls ever thicker
- * (section 4.3.3).
+ * (section 4.3.3), unless evidence counts up to creationOpts.maxEvidence only, which is the default.
  *
  * In .ini files: gpMap_count=1, and sections <prefix>_gpMap_00_creationOpts, _insertOpts, _likelihoodOpts and
  * _renderOpts. Stored whole: evidence in full precision, every option.

@@ -30,6 +30,7 @@ TEST(GpMapProperty, EqualScansMultiplyTheEvidence)
     SCOPED_TRACE(seed);
     Random random(seed);
     GpStructure structure = randomGpStructure(random);
+    structure.maxEvidence = 0;  // as in the thesis
     const GpInference inference = randomGpInference(random, structure.resolution);
     const Scan scan = someScan(random);
     GpMap one(structure), many(structure);
@@ -103,6 +104,21 @@ TEST(GpMapProperty, CellsBeyondTheSupportOfAllDataHoldNothing)
           ASSERT_EQ(map.cell({x, y, z}, inference.thresholds).has_value(), nearest < support);
         }
   }
+}
+
+TEST(GpMap, EvidenceCountsForSevenAndAHalfSharpPointsUnlessToldOtherwise)
+{
+  for (const double noise : {0.05, 0.01})
+  {
+    GpStructure structure;
+    structure.noiseVariance = noise;
+    GpMap map(structure);
+    for (int i = 0; i < 100; ++i) map.addObservation({0, 0, 0}, true, {});
+    EXPECT_NEAR(*map.cell({0, 0, 0}, {})->variance, 1 / (1 + 7.5 / noise), 1e-9);
+    EXPECT_NEAR(map.cell({0, 0, 0}, {})->prob, 1 / (1 + std::exp(-7.5)), 1e-4);
+  }
+  EXPECT_EQ(presetOptions(GpPreset::Thesis).structure.resolvedMaxEvidence(), 0);
+  EXPECT_EQ(presetOptions(GpPreset::La3dm).structure.resolvedMaxEvidence(), 0);
 }
 
 // Split GPs are an approximation, but one that agrees where it matters.
@@ -182,6 +198,7 @@ TEST(GpMap, MapsOfOtherStructureAreNotMerged)
 TEST(GpMap, EvidenceCountsUpToItsLimitWithTheSameMean)
 {
   GpStructure structure;
+  structure.maxEvidence = 0;
   GpMap plain(structure);
   structure.maxEvidence = 100;  // of five points, each known to 0.05
   GpMap limited(structure);

@@ -156,6 +156,7 @@ TEST(GpMapProperty, LogoddsOfScansAddUpToTheCommittees)
     SCOPED_TRACE(seed);
     Random random(seed);
     GpStructure structure = randomGpStructure(random);
+    structure.maxEvidence = 0;
     structure.pruning = Pruning::None;
     const GpInference inference = randomGpInference(random, structure.resolution);
     GpStructure other = structure;

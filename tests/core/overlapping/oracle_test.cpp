@@ -113,9 +113,10 @@ TEST(OverlappingMapProperty, CellsAreTheSumOverModelsByBruteForce)
                   ASSERT_EQ(held->evidence[1], answer.inField ? 1.0 : 0.0);
                   ASSERT_NEAR(held->evidence[0], answer.logodds, 2e-4 + 2e-6 * std::abs(answer.logodds));
                   const double limit = one.options.structure.fieldLimit;
-                  const double logodds = answer.inField && limit > 0
-                                             ? std::clamp(answer.logodds, -limit, limit)
-                                             : answer.logodds;
+                  const double logodds =
+                      answer.inField && limit > 0
+                          ? answer.logodds / std::pow(1 + std::pow(answer.logodds / limit, 4), 0.25)
+                          : answer.logodds;
                   ASSERT_NEAR(held->prob, 1 / (1 + std::exp(-logodds)), 1e-4);
                 });
     if (HasFatalFailure()) return;
