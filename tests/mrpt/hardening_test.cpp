@@ -220,8 +220,8 @@ TEST(ContentLimit, AFileIsRefusedForWhatItClaimsBeforeItIsInflated)
   EXPECT_EQ(refusalOf(fileWith(8 * kMiB, 8 * kMiB)).find("claims"), std::string::npos)
       << "it is damaged otherwise";
 
-  EXPECT_EQ(mostContentOf(1000), std::min<uint64_t>(256 * kMiB, memoryForContent()));
-  EXPECT_EQ(mostContentOf(10 * kMiB), std::min<uint64_t>(1000 * kMiB, memoryForContent()));
+  EXPECT_EQ(mostContentOf(1000), 48 * kMiB + 40000);
+  EXPECT_EQ(mostContentOf(10 * kMiB), std::min<uint64_t>(448 * kMiB, memoryForContent()));
   EXPECT_EQ(mostContentOf(std::numeric_limits<uint64_t>::max()), memoryForContent());
   setenv("LAMAP_MAX_CONTENT_MIB", "4", 1);
   EXPECT_EQ(mostContentOf(1000), 4 * kMiB);

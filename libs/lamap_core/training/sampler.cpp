@@ -5,7 +5,6 @@
 #include <lamap_core/training/sampler.h>
 
 #include <tbb/parallel_for.h>
-#include <tsl/robin_set.h>
 
 #include <algorithm>
 #include <cmath>
@@ -115,6 +114,27 @@ BlockIndex blockOfLocal(const Eigen::Vector3d& local, const BlockOffset& offset)
           (localCell(local.y()) + offset.y) >> kScanBlockLog2Edge,
           (localCell(local.z()) + offset.z) >> kScanBlockLog2Edge};
 }
+
+/** Counts different blocks in 8 MiB: never more than there are, and up to ScanBlocks::kMaxBlocks 97 of 100.
+ */
+class BlockTally
+{
+ public:
+  void add(const BlockIndex& block)
+  {
+    const size_t mark = BlockIndexHash{}(block) % kMarks;
+    uint64_t& word = marks_[mark / 64];
+    const uint64_t bit = uint64_t{1} << mark % 64;
+    count_ += (word & bit) == 0;
+    word |= bit;
+  }
+  [[nodiscard]] size_t count() const { return count_; }
+
+ private:
+  static constexpr size_t kMarks = 16 * ScanBlocks::kMaxBlocks;
+  std::vector<uint64_t> marks_ = std::vector<uint64_t>(kMarks / 64);
+  size_t count_ = 0;
+};
 
 /// Marks of some rays of a scan.
 struct Marks
@@ -581,7 +601,8 @@ void Sampler::Workspace::markCaps(const RulesInCells& inCells)
 
 /** Refuses a scan whose rays are too long for its cells before masks of its blocks are made, which would take
  * gigabytes by then. Counts blocks that free samples are in: of every 64th ray, then of the next ones, and so
- * on, until there are too many, or not as many new ones as could become too many. */
+ * on, until there are too many, or not as many new ones as could become too many. ScanBlocks counts the rest
+ * exactly. */
 void Sampler::Workspace::requireFewBlocks(const RulesInCells& rules) const
 {
   constexpr auto kMost = static_cast<double>(ScanBlocks::kMaxBlocks);
@@ -596,20 +617,20 @@ void Sampler::Workspace::requireFewBlocks(const RulesInCells& rules) const
     samples += std::ceil(static_cast<double>(FreeSamples(ray, rules).count()) / static_cast<double>(every));
   if (samples <= kMost) return;
 
-  tsl::robin_set<BlockIndex, BlockIndexHash> found;
+  BlockTally found;
   constexpr size_t kPasses = 64;
   for (size_t pass = 0; pass < kPasses; ++pass)
   {
-    const size_t before = found.size();
+    const size_t before = found.count();
     for (size_t i = pass; i < rays.size(); i += kPasses)
     {
       const FreeSamples along(rays[i], rules);
       for (int64_t sample = 0; sample < along.count(); sample += every)
-        found.insert(blockOfLocal(rays[i].origin + along.at(sample) * rays[i].direction, set.offset));
-      if (found.size() > ScanBlocks::kMaxBlocks) ScanBlocks::refuse();
+        found.add(blockOfLocal(rays[i].origin + along.at(sample) * rays[i].direction, set.offset));
+      if (found.count() > ScanBlocks::kMaxBlocks) ScanBlocks::refuse();
     }
     const size_t left = kPasses - 1 - pass;
-    if (found.size() + (found.size() - before) * left <= ScanBlocks::kMaxBlocks) return;
+    if (found.count() + (found.count() - before) * left <= ScanBlocks::kMaxBlocks) return;
   }
 }
 

@@ -422,12 +422,13 @@ void writeCompressed(const CSerializable& object, const std::string& path)
 uint64_t mostContentOf(uint64_t fileBytes)
 {
   constexpr uint64_t kMiB = uint64_t{1} << 20;
-  constexpr uint64_t kAlways = 256 * kMiB;
-  constexpr uint64_t kTimes = 100;
+  // Maps of all kinds have been seen to shrink to an eighth.
+  constexpr uint64_t kAlways = 48 * kMiB;
+  constexpr uint64_t kTimes = 40;
   const uint64_t memory = memoryForContent();
   if (const auto mebibytes = limitFromEnvironment("LAMAP_MAX_CONTENT_MIB"))
     return std::min(memory / kMiB, *mebibytes) * kMiB;
-  return std::min(memory, std::max(kAlways, std::min(fileBytes, memory) * kTimes));
+  return std::min(memory, kAlways + std::min(fileBytes, memory) * kTimes);
 }
 
 void saveMapFile(const CMetricMap& map, const std::string& path)

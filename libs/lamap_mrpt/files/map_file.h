@@ -27,9 +27,9 @@ void saveMapFile(const mrpt::maps::CMetricMap& map, const std::string& path);
  * @throws std::runtime_error with the reason alone */
 void writeCompressed(const mrpt::serialization::CSerializable& object, const std::string& path);
 
-/** The largest content of a map file of this size that is inflated [bytes]: 256 MiB, or 100 times its size if
- * that is more, for no map compresses as well; never more than memoryForContent(). The environment variable
- * LAMAP_MAX_CONTENT_MIB replaces the first two. @throws as limitFromEnvironment() */
+/** The largest content of a map file of this size that is inflated [bytes]: 48 MiB and 40 times its size, for
+ * no map compresses as well; never more than memoryForContent(). The environment variable
+ * LAMAP_MAX_CONTENT_MIB replaces the former. @throws as limitFromEnvironment() */
 [[nodiscard]] uint64_t mostContentOf(uint64_t fileBytes);
 
 /// What a map file holds.

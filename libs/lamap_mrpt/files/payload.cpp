@@ -87,6 +87,9 @@ std::vector<uint8_t> readPayload(mrpt::serialization::CArchive& archive)
         std::to_string(memoryForContent()) + "): it is damaged, or the map is too large here");
 
   std::vector<uint8_t> payload;
+  // Room costs memory only as it is filled; growing would hold the content twice.
+  constexpr uint64_t kMostRoom = uint64_t{1} << 30;
+  payload.reserve(static_cast<std::size_t>(std::min(length, kMostRoom)));
   while (payload.size() < length)
   {
     const std::size_t before = payload.size();

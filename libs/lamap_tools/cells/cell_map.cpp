@@ -8,6 +8,7 @@
 #include <mrpt/maps/COctoMap.h>
 #include <mrpt/opengl/COctoMapVoxels.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -207,24 +208,32 @@ std::unique_ptr<CellMap> openCellMap(const std::string& path)
 
 namespace
 {
-/// How many cells of an octree's leaves are read one by one.
-double mostCells()
+/// How many cells of so many leaves are read one by one.
+double mostCellsOf(double leaves)
 {
   constexpr double kMost = 0x1p28;
+  constexpr double kAlways = 0x1p20;
+  constexpr double kEach = 256;
   const auto wanted = limitFromEnvironment("LAMAP_MAX_CELLS");
-  return wanted ? static_cast<double>(*wanted) : kMost;
+  return wanted ? static_cast<double>(*wanted) : std::min(kMost, kAlways + kEach * leaves);
 }
 }  // namespace
 
 void visitCellsOfLeaves(const CellMap& octree, const CellMap::CellVisitor& visitor)
 {
   double cells = 0;
-  octree.visitLeaves([&](const CellIndex&, int edge, const CellEstimate&) { cells += std::pow(edge, 3); });
-  if (cells > mostCells())
+  double leaves = 0;
+  octree.visitLeaves(
+      [&](const CellIndex&, int edge, const CellEstimate&)
+      {
+        cells += std::pow(edge, 3);
+        ++leaves;
+      });
+  if (const double most = mostCellsOf(leaves); cells > most)
     throw std::runtime_error(mrpt::format(
-        "the octree's leaves stand for %.3g finest cells; no more than %.3g are read one by one, a limit "
-        "that the environment variable LAMAP_MAX_CELLS raises",
-        cells, mostCells()));
+        "the octree's leaves, %.0f in all, stand for %.3g finest cells; no more than %.3g are read one "
+        "by one from so few leaves, a limit that the environment variable LAMAP_MAX_CELLS raises",
+        leaves, cells, most));
   octree.visitLeaves(
       [&](const CellIndex& first, int edge, const CellEstimate& estimate)
       {

@@ -72,7 +72,8 @@ struct OpenedMap
 
 /** Calls a visitor for each cell of an octree's leaves.
  * @throws std::runtime_error before any call, naming the count, if they stand for more finest cells than are
- * read one by one: 2^28, or what the environment variable LAMAP_MAX_CELLS says. */
+ * read one by one: 2^20 and 256 for each leaf, no more than 2^28, or what the environment variable
+ * LAMAP_MAX_CELLS says. */
 void visitCellsOfLeaves(const CellMap& octree, const CellMap::CellVisitor& visitor);
 
 /// @throws std::runtime_error naming a resolution that no cells are read with: 1e-6 to 1e6 m are legal

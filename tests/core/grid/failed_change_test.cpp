@@ -8,9 +8,11 @@
 #include <support/posed_scans.h>
 #include <support/seeded_scans.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <functional>
+#include <limits>
 #include <new>
 #include <stdexcept>
 
@@ -18,10 +20,12 @@ namespace
 {
 /// Allocations until one fails; negative: none will.
 std::atomic<int64_t> allocationsLeft{-1};
+std::atomic<size_t> bytesAsked{0};  ///< by all allocations so far
 }  // namespace
 
 void* operator new(size_t size)
 {
+  bytesAsked += size;
   if (allocationsLeft.load() >= 0 && allocationsLeft.fetch_sub(1) == 0) throw std::bad_alloc();
   if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
   throw std::bad_alloc();
@@ -56,15 +60,27 @@ bool isSame(const OverlappingHilbertMap& a, const OverlappingHilbertMap& b)
   return a == b && a.pending().pose == b.pending().pose;
 }
 
+/// How many allocations of a change are let fail, spread over all of them. A sanitized build takes a hundred
+/// times as long and looks for other faults.
+#ifdef LAMAP_SANITIZED
+constexpr int64_t kMostTries = 8;
+#else
+constexpr int64_t kMostTries = std::numeric_limits<int64_t>::max();
+#endif
+
 /** Lets the first allocation of a change fail, then the second, and so on until the change is done.
  * @param stride of the sweep, e.g. because a change takes many allocations */
 template <typename Map>
 void expectAllOrNothing(const Map& before, const std::function<void(Map&)>& change, int64_t stride = 1)
 {
   Map expected = before;
+  constexpr int64_t kNoneFails = std::numeric_limits<int64_t>::max();
+  allocationsLeft = kNoneFails;
   change(expected);
+  const int64_t allocations = kNoneFails - allocationsLeft.exchange(-1);
   ASSERT_FALSE(isSame(expected, before));
-  for (int64_t failing = 0;; failing += stride)
+  stride = std::max(stride, allocations / kMostTries);
+  for (int64_t failing = 0, tries = 0;; failing += stride, ++tries)
   {
     Map map = before;
     bool failed = false;
@@ -86,7 +102,7 @@ void expectAllOrNothing(const Map& before, const std::function<void(Map&)>& chan
       return;
     }
     // What failed once may be tried again.
-    if (failing % 7 != 0) continue;
+    if (tries % 7 != 0) continue;
     change(map);
     ASSERT_TRUE(isSame(map, expected)) << "again after allocation " << failing;
   }
@@ -215,6 +231,40 @@ TEST(FailedChange, LeavesAnOverlappingHilbertMapAsItWas)
     expectAllOrNothing<Map>(
         waiting, [&](Map& changed) { (void)changed.trainPending(options.inference, 1); }, kStride);
   }
+}
+
+/// Rays far too long for the cells of a map.
+Scan longScan()
+{
+  Random random(3);
+  Scan scan;
+  RayFan& fan = scan.fans.emplace_back();
+  for (int i = 0; i < 3000; ++i)
+    fan.addReturn({random.uniform(-6000, 6000), random.uniform(-6000, 6000), random.uniform(-6000, 6000)});
+  return scan;
+}
+
+template <typename Map, typename Inference>
+void expectRefusedInLittleMemory(Map map, const Inference& inference)
+{
+  const Scan scan = longScan();
+  const size_t before = bytesAsked;
+  EXPECT_THROW((void)map.insert(scan, inference, nullptr, 1), std::length_error);
+  EXPECT_LT(bytesAsked - before, size_t{64} << 20);
+}
+
+TEST(TooLongScan, IsRefusedInLittleMemory)
+{
+  expectRefusedInLittleMemory(HilbertMap(HilbertStructure{}.resolved()), HilbertInference{});
+  expectRefusedInLittleMemory(OverlappingHilbertMap(OverlappingStructure{}.resolved()),
+                              OverlappingInference{});
+  OverlappingInference waits;
+  waits.scansPerModel = 2;
+  expectRefusedInLittleMemory(OverlappingHilbertMap(OverlappingStructure{}.resolved()), waits);
+  const size_t before = bytesAsked;
+  EXPECT_THROW((void)BgkMap().insert(longScan(), {}, 1), std::length_error);
+  EXPECT_THROW((void)GpMap().insert(longScan(), {}, 1), std::length_error);
+  EXPECT_LT(bytesAsked - before, size_t{128} << 20);
 }
 
 TEST(FailedChange, LeavesAMapWhoseSumsWouldOverflowAsItWas)
