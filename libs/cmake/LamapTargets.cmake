@@ -20,6 +20,9 @@ function(lamap_configure_target target)
       target_include_directories(${target} BEFORE PRIVATE ${PROJECT_SOURCE_DIR}/tests/tsan)
     endif()
   endif()
+  if(LAMAP_FUZZ)
+    target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link -fno-sanitize-recover=all)
+  endif()
 endfunction()
 
 # lamap_unite_rooms(target): compiles the sources of each room (a folder of the target) as one translation unit. They

@@ -1,0 +1,11 @@
+// Truths as CSV.
+#include <lamap_tools/cells/truth.h>
+
+#include "file_in_memory.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size)
+{
+  lamap::fuzz::readFile(bytes, size, ".csv",
+                        [](const std::string& path) { (void)lamap::tools::readTruth(path); });
+  return 0;
+}
