@@ -725,7 +725,7 @@ TEST(MapFile, ContentThatUncompressesToMuchCostsNoMemory)
   }
   rusage before{};
   getrusage(RUSAGE_SELF, &before);
-  EXPECT_ERROR(loadMapFile(folder.at("bomb.gz")), "does not hold an object of MRPT");
+  EXPECT_ERROR(loadMapFile(folder.at("bomb.gz"), uint64_t{1} << 30), "does not hold an object of MRPT");
   rusage after{};
   getrusage(RUSAGE_SELF, &after);
   EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 * 1024) << "KiB more than before";
