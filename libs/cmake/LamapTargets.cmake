@@ -14,6 +14,10 @@ function(lamap_configure_target target)
     # In instrumented code, GCC's warnings of uninitialized variables are false; other builds keep the warning.
     target_compile_options(${target} PRIVATE -fsanitize=${LAMAP_SANITIZE} -fno-omit-frame-pointer
       $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang" AND NOT LAMAP_SANITIZE MATCHES "thread")
+      target_compile_options(${target} PRIVATE
+        -fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/.ci/sanitizer-ignorelist.txt)
+    endif()
     target_link_options(${target} PUBLIC -fsanitize=${LAMAP_SANITIZE})
     if(LAMAP_SANITIZE MATCHES "thread")
       # Calls to TBB go to a substitute that the sanitizer can follow, see tests/tsan/README.md.

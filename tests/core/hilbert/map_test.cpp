@@ -43,7 +43,7 @@ std::vector<Scan> roomScans(unsigned seed, int count, int rays = 150)
 // Each scan: Newton's method to convergence over all features there are, from the last posterior.
 TEST(HilbertMapProperty, IncrementalPosteriorIsThatOfDenseLaplace)
 {
-  for (unsigned seed = 1; seed <= 2; ++seed)
+  for (unsigned seed = 1; seed <= seeds(2); ++seed)
   {
     SCOPED_TRACE(seed);
     HilbertInference inference = nearInference();
