@@ -126,7 +126,7 @@ void addNoise(Corpus& corpus)
   for (const char* target : {"operations", "observation"})
     for (int i = 0; i < 40; ++i)
     {
-      Bytes bytes(50 + random() % 400);
+      Bytes bytes(20 + random() % 200);
       for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random() % (i % 2 == 0 ? 256 : 200));
       corpus.add(target, bytes);
     }

@@ -30,7 +30,7 @@ CObservation::Ptr laserScan(FuzzInput& input)
   scan->beamAperture = input.shortNumber();
   scan->stdError = input.shortNumber();
   scan->sensorPose = input.pose();
-  const size_t rays = input.below(40);
+  const size_t rays = input.below(12);
   scan->resizeScan(rays);
   for (size_t i = 0; i < rays; ++i)
   {
@@ -46,10 +46,10 @@ CObservation::Ptr depthPoints(FuzzInput& input)
   scan->maxRange = input.shortNumber();
   scan->sensorPose = input.pose();
   scan->hasPoints3D = true;
-  const size_t points = input.below(40);
+  const size_t points = input.below(12);
   scan->points3D_x.resize(points);
   scan->points3D_y.resize(points);
-  scan->points3D_z.resize(input.yesOrNo() ? points : input.below(40));
+  scan->points3D_z.resize(input.yesOrNo() ? points : input.below(12));
   for (auto* axis : {&scan->points3D_x, &scan->points3D_y, &scan->points3D_z})
     for (float& coordinate : *axis) coordinate = input.shortNumber();
   return scan;
@@ -79,7 +79,7 @@ CObservation::Ptr depthImage(FuzzInput& input)
 CObservation::Ptr cloud(FuzzInput& input)
 {
   auto points = mrpt::maps::CSimplePointsMap::Create();
-  for (size_t count = input.below(40); count > 0; --count)
+  for (size_t count = input.below(12); count > 0; --count)
     points->insertPointFast(input.shortNumber(), input.shortNumber(), input.shortNumber());
   auto observation = mrpt::obs::CObservationPointCloud::Create();
   if (input.yesOrNo()) observation->pointcloud = points;
@@ -151,7 +151,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size)
   FuzzInput input(bytes, size);
   const auto map = mapFor(input);
   quieten(*map);
-  for (int i = 0; i < 3 && !input.isEmpty(); ++i)
+  for (int i = 0; i < 2 && !input.isEmpty(); ++i)
   {
     const auto observation = observationFor(input);
     const mrpt::poses::CPose3D robotPose = input.pose();

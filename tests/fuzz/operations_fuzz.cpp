@@ -61,7 +61,7 @@ Scan scanFor(FuzzInput& input)
   if (input.yesOrNo())
     fan.beam.halfWidth_rad = fan.beam.halfHeight_rad = 0.05 * static_cast<double>(input.below(20));
   if (input.yesOrNo()) scan.poseCovariance = Scan::PoseCovariance::Identity() * input.number();
-  for (size_t rays = 1 + input.below(12); rays > 0; --rays)
+  for (size_t rays = 1 + input.below(6); rays > 0; --rays)
   {
     const double x = input.number();
     const double y = input.number();
@@ -127,7 +127,7 @@ void run(FuzzInput& input)
   if (!tryTo([&] { map.emplace(test::made<Map>(settingsFor<Map>(input), lamap::test::aliasOf<Map>())); }))
     return;
   quieten(*map);
-  constexpr int kMostOperations = 12;
+  constexpr int kMostOperations = 6;
   for (int i = 0; i < kMostOperations && !input.isEmpty(); ++i) operate(*map, input);
   ask(*map);
   requireSaves(*map);
