@@ -129,19 +129,28 @@ CObservation::Ptr observationFor(FuzzInput& input)
   return kMakers[input.below(std::size(kMakers))](input);
 }
 
+/// Rays of kilometres are legal, and take seconds.
+template <typename Map>
+std::shared_ptr<CLearnedMap> shortSighted(double resolution_m)
+{
+  auto map = std::make_shared<Map>(resolution_m);
+  map->insertionOptions.maxRange = 20;
+  return map;
+}
+
 std::shared_ptr<CLearnedMap> mapFor(FuzzInput& input)
 {
   const double resolution_m = input.yesOrNo() ? 1 : 0.5;  // few cells: each counts under the sanitizers
   switch (input.below(4))
   {
     case 0:
-      return std::make_shared<CBGKMap>(resolution_m);
+      return shortSighted<CBGKMap>(resolution_m);
     case 1:
-      return std::make_shared<CGPMap>(resolution_m);
+      return shortSighted<CGPMap>(resolution_m);
     case 2:
-      return std::make_shared<CHilbertMap>(resolution_m);
+      return shortSighted<CHilbertMap>(resolution_m);
     default:
-      return std::make_shared<COverlappingHilbertMap>(resolution_m);
+      return shortSighted<COverlappingHilbertMap>(resolution_m);
   }
 }
 }  // namespace
