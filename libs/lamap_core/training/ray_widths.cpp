@@ -9,6 +9,10 @@ namespace
 /// loss.
 constexpr double kOfSpacing = 0.2;
 
+/// Of the end of a ray, from its pose [cells]: less is left out, because it costs more than it tells. Chosen
+/// by log loss.
+constexpr double kLeastOfPose_cells = 0.99;
+
 }  // namespace
 
 RayWidths::RayWidths(const Scan& scan, const SamplingRules& rules, const ScanFrame& frame)
@@ -34,7 +38,7 @@ double RayWidths::angleOf(size_t ray) const
   return spacing_.empty() ? 0.0 : kOfSpacing * spacing_[ray];
 }
 
-RayWidth RayWidths::along(double angle, const Eigen::Vector3d& direction_map) const
+RayWidth RayWidths::along(double angle, const Eigen::Vector3d& direction_map, double length) const
 {
   RayWidth width;
   if (pose_)
@@ -42,6 +46,7 @@ RayWidth RayWidths::along(double angle, const Eigen::Vector3d& direction_map) co
     width = pose_->along(centre_map_, direction_map);
     width.constant /= resolution_m_ * resolution_m_;
     width.linear /= resolution_m_;
+    if (width.variance(length) < kLeastOfPose_cells * kLeastOfPose_cells) width = {};
   }
   width.square += angle * angle;
   width.ofRange = rangeVariance_;

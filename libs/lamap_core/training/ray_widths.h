@@ -26,9 +26,11 @@ class RayWidths
   /// @return the angle that the points of the i-th ray of the fan are uncertain by, along each axis [rad]
   [[nodiscard]] double angleOf(size_t ray) const;
 
-  /// @param angle of the ray's points [rad]; @param direction_map of length 1
-  /// @return in cells², at distances in cells
-  [[nodiscard]] RayWidth along(double angle, const Eigen::Vector3d& direction_map) const;
+  /** Poses count where they make the ray's end uncertain by about a cell or more.
+   * @param angle of the ray's points [rad]; @param direction_map of length 1; @param length of the ray
+   * [cells]
+   * @return in cells², at distances in cells */
+  [[nodiscard]] RayWidth along(double angle, const Eigen::Vector3d& direction_map, double length) const;
 
  private:
   const Scan& scan_;

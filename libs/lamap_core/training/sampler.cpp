@@ -335,7 +335,7 @@ std::optional<TrainingRay> PlacedFan::rayTo(const Eigen::Vector3d& end, double a
   const double margin = hasHit ? std::max(inCells.margin, angle * length) : 0.0;
   if (!(length > 0)) return std::nullopt;
   const Eigen::Vector3d direction = ray / length;
-  const RayWidth width = widths.any() ? widths.along(angle, direction) : RayWidth{};
+  const RayWidth width = widths.any() ? widths.along(angle, direction, length) : RayWidth{};
   return TrainingRay{*origin, direction, length, length - margin, hasHit, width};
 }
 

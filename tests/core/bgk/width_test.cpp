@@ -196,6 +196,23 @@ TEST(BgkWidth, ThatTendsToZeroGivesThePlainMap)
   }
 }
 
+TEST(BgkWidth, PosesCountWhereTheyMakeTheEndsOfRaysUncertainByACell)
+{
+  BgkInference inference;
+  inference.usePoseCovariance = true;
+  const auto mapOf = [&](const Scan& scan)
+  {
+    BgkMap map;
+    map.insert(scan, inference);
+    return map;
+  };
+  const BgkMap plain = mapOf(fewBeams(3));
+  EXPECT_EQ(differenceOf(mapOf(uncertain(fewBeams(3), 0.095, 0)).evidence(), plain.evidence()), "");
+  EXPECT_NE(differenceOf(mapOf(uncertain(fewBeams(3), 0.1, 0)).evidence(), plain.evidence()), "");
+  // Rotations count far from the sensor.
+  EXPECT_NE(differenceOf(mapOf(uncertain(fewBeams(3), 0, 0.1)).evidence(), plain.evidence()), "");
+}
+
 TEST(BgkWidth, ThreadsChangeNothing)
 {
   for (const BgkInference& inference : wideInferences())
