@@ -151,11 +151,18 @@ TEST_P(EachMapInAWindow, IsMadeInTheRawMapDialogOfRawLogViewer)
   cutLog(*dataset(kSena), 60, folder / "part.rawlog");
   const Display display(folder);
   RawLogViewer viewer(display, folder, "part.rawlog");
-  display.press(
-      {"F10", "Right", "Right", "Right", "Down", "Return"});  // Tools, Open paths and map generation module
+  // Each step is repeated if it had no effect: on a busy machine, a key may be too early.
+  const std::string dialog = "raw map";
+  ASSERT_TRUE(becomes(
+      [&]
+      {
+        // Tools, Open paths and map generation module
+        display.press({"Escape", "F10", "Right", "Right", "Right", "Down", "Return"});
+        return becomes([&] { return display.hasWindow(dialog); }, kPatience / 3);
+      },
+      kPatience));
 
   // Backwards from the text box with the configuration to a button; the nearest one is Close.
-  const std::string dialog = "raw map";
   const auto pressButton = [&](int fromClose)
   {
     display.focus(dialog);
@@ -171,7 +178,6 @@ TEST_P(EachMapInAWindow, IsMadeInTheRawMapDialogOfRawLogViewer)
   constexpr int kMapFromOdometry = 3;  // while the buttons of the result are disabled
   pressButton(kMapFromOdometry);
 
-  // Each step is repeated if it had no effect: on a busy machine, a key may be too early.
   constexpr std::chrono::seconds kStep(10);
   constexpr int kSaveMapAsText = 5;
   ASSERT_TRUE(becomes(
