@@ -51,7 +51,7 @@ int build(BuildArguments& arguments)
   if (arguments.json)
     print(tools::reportJson(report));
   else
-    tools::printReport(report, std::cout);
+    tools::printReport(report, results());
   if (report.stopped)
     return stoppedByUser(report.saved ? "; the map so far is saved to " + report.outPath : "");
   const int code = tellDamages(arguments.log.allowTruncated, report.inputs);

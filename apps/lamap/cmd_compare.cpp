@@ -77,7 +77,7 @@ int compare(CompareArguments& arguments)
   if (arguments.json)
     print(tools::comparisonJson(comparison));
   else
-    tools::printComparison(comparison, std::cout);
+    tools::printComparison(comparison, results());
   return tellDamages(arguments.log.allowTruncated, comparison.inputs);
 }
 }  // namespace

@@ -106,9 +106,9 @@ int againstTruth(const EvalArguments& arguments)
     printMaps(json, maps);
     return 0;
   }
-  std::cout << truth.name << ": " << tools::counted(truth.cells.size(), "cell") << ", " << occupied
+  results() << truth.name << ": " << tools::counted(truth.cells.size(), "cell") << ", " << occupied
             << " of them occupied\n";
-  tools::printScores(maps, "cells of the truth", std::cout);
+  tools::printScores(maps, "cells of the truth", results());
   return 0;
 }
 
@@ -132,16 +132,16 @@ int againstHeldOut(EvalArguments& arguments)
   }
   else
   {
-    std::cout << tools::counted(report.heldOut, "scan") << " held out, " << report.scans.usedCount()
+    results() << tools::counted(report.heldOut, "scan") << " held out, " << report.scans.usedCount()
               << " in the map; rays up to "
               << (report.maxRange_m > 0 ? tools::shortest(report.maxRange_m) + " m"
                                         : "the range that the scans state")
               << " are scored\n";
-    tools::printLeftOut(report.scans, std::cout);
-    for (const std::string& note : report.inputNotes) std::cout << "  " << note << "\n";
-    tools::printScores({report.scores}, "cells shown by the scans held out", std::cout);
-    std::cout << "\nwithout the rays that had no return:\n";
-    tools::printScores({report.scoresOfReturned}, "cells shown by the rays that returned", std::cout);
+    tools::printLeftOut(report.scans, results());
+    for (const std::string& note : report.inputNotes) results() << "  " << note << "\n";
+    tools::printScores({report.scores}, "cells shown by the scans held out", results());
+    results() << "\nwithout the rays that had no return:\n";
+    tools::printScores({report.scoresOfReturned}, "cells shown by the rays that returned", results());
   }
   return tellDamages(arguments.log.allowTruncated, report.inputs);
 }

@@ -46,7 +46,7 @@ int logInfo(InfoArguments& arguments)
   if (arguments.json)
     print(tools::logInfoJson(found));
   else
-    tools::printLogInfo(found, std::cout);
+    tools::printLogInfo(found, results());
   return tellDamages(arguments.log.allowTruncated, {found.input});
 }
 
@@ -57,7 +57,7 @@ int info(InfoArguments& arguments)
   if (arguments.json)
     print(tools::mapInfoJson(found));
   else
-    tools::printMapInfo(found, std::cout);
+    tools::printMapInfo(found, results());
   return 0;
 }
 }  // namespace

@@ -45,7 +45,7 @@ int query(QueryArguments& arguments)
   if (arguments.json)
     print(tools::answersJson(*map, points));
   else
-    tools::writeAnswersCsv(*map, points, std::cout);
+    tools::writeAnswersCsv(*map, points, results());
   return 0;
 }
 }  // namespace

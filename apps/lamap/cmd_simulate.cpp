@@ -45,7 +45,7 @@ int simulate(SimulateArguments& arguments)
     report = tools::simulate(options, show);
   }
   if (report.stopped) return stoppedByUser("; nothing is written");
-  tools::printReport(report, options, std::cout);
+  tools::printReport(report, options, results());
   return 0;
 }
 

@@ -45,7 +45,7 @@ int thin(ThinArguments& arguments)
   const tools::ThinReport report =
       withProgressBar([&](const auto& progress) { return tools::thinLog(options, progress); }, "entry");
   if (report.stopped) return stoppedByUser("; nothing is saved");
-  tools::printReport(report, options, std::cout);
+  tools::printReport(report, options, results());
   std::vector<std::string> damages;
   if (report.damage) damages.push_back(*report.damage);
   return tellDamages(arguments.allowTruncated, {{options.inPath, {}, damages}});

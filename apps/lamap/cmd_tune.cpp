@@ -57,7 +57,7 @@ int tune(TuneArguments& arguments)
   if (arguments.json)
     print(tools::tuningJson(report));
   else
-    tools::printTuning(report, std::cout);
+    tools::printTuning(report, results());
   return tellDamages(arguments.log.allowTruncated, report.inputs);
 }
 }  // namespace

@@ -148,7 +148,7 @@ int stoppedByUser(const std::string& consequence);
 
 inline void print(const nlohmann::ordered_json& json)
 {
-  std::cout << json.dump(2) << "\n";
+  results() << json.dump(2) << "\n";
 }
 
 }  // namespace lamap::app

@@ -2,11 +2,16 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <ostream>
 #include <string>
 #include <vector>
 
 namespace lamap::app
 {
+/** Where results go: the standard output. Nothing else does: MRPT's loggers and OctoMap write messages to
+ * std::cout, which main() sends to where messages go. */
+[[nodiscard]] std::ostream& results();
+
 /// Runs the chosen subcommand. @return the exit code
 using Action = std::function<int()>;
 

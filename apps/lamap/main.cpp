@@ -34,20 +34,42 @@ void requireSubcommand(const CLI::App& app, const std::vector<std::string>& argu
                     : "'" + name + "' is not a subcommand; " + lamap::suggestionFor(name, names)) +
       ". `lamap --help` describes them");
 }
+
+/// While it lives, what libraries print to std::cout goes to where messages go.
+class LibraryOutput
+{
+ public:
+  LibraryOutput() : before_(std::cout.rdbuf(std::cerr.rdbuf())) {}
+  ~LibraryOutput() { std::cout.rdbuf(before_); }
+  LibraryOutput(const LibraryOutput&) = delete;
+  LibraryOutput& operator=(const LibraryOutput&) = delete;
+
+ private:
+  std::streambuf* before_;
+};
+
 /// A full disk shows only now. @return the exit code of a command that would end with this one
 int withOutputWritten(int code)
 {
-  std::cout.flush();
-  if (std::cout || code != 0) return code;
+  std::ostream& results = lamap::app::results();
+  results.flush();
+  if (results || code != 0) return code;
   return fail(lamap::app::kFailed, "the standard output did not take all that was written to it");
 }
 }  // namespace
 
+std::ostream& lamap::app::results()
+{
+  static std::ostream stream(std::cout.rdbuf());
+  return stream;
+}
+
 int main(int argc, char** argv)
 {
   using namespace lamap::app;
-  const lamap::tools::PrintableOutput results(std::cout);
+  const lamap::tools::PrintableOutput printable(results());
   const lamap::tools::PrintableOutput messages(std::cerr);
+  const LibraryOutput ofLibraries;
   drawProgressOn(messages.terminal());
   CLI::App app{"Learned 3D occupancy maps: build them from logs, inspect, score and export them", "lamap"};
   app.set_version_flag("--version", LAMAP_VERSION);
@@ -73,7 +95,7 @@ int main(int argc, char** argv)
   }
   catch (const CLI::Success& success)
   {
-    return withOutputWritten(app.exit(success));  // --help, --version
+    return withOutputWritten(app.exit(success, results(), std::cerr));  // --help, --version
   }
   catch (const CLI::ParseError& error)
   {

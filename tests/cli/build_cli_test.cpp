@@ -47,6 +47,16 @@ TEST_F(BuildProgram, SavesAMapAndEndsWith0)
       0);
 }
 
+// MRPT's loggers print to std::cout.
+TEST_F(BuildProgram, TheStandardOutputHoldsResultsAlone)
+{
+  const Outcome outcome = run({"build", "-i", smallLog(), "-m", "bgkMap", "-o", folder_ / "a.lamap.gz", "-s",
+                               "insertOpts.minRange=15.25", "--json"});
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("closer than the minimum range"), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.out.substr(0, 2), "{\n") << outcome.out;
+}
+
 TEST_F(BuildProgram, WrongUsageEndsWith2)
 {
   const std::string log = smallLog();

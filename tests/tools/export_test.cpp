@@ -316,6 +316,22 @@ TEST(ReadOctomap, RefusesToExpandWithoutEnd)
   EXPECT_TRUE(openCellMap(path)->estimateAt({1, 2, 3})) << "a point can be asked for";
 }
 
+TEST(ReadOctomap, RefusesLogoddsThatAreNotFinite)
+{
+  const TemporaryFolder folder;
+  for (const float bad : {std::nanf(""), HUGE_VALF, -HUGE_VALF})
+  {
+    octomap::OcTree tree(0.1);
+    tree.updateNode(1, 2, 3, true);
+    tree.search(1.0, 2.0, 3.0)->setLogOdds(bad);
+    std::ostringstream text;
+    tree.write(text);
+    const std::string path = folder.write("bad.ot", text.str());
+    EXPECT_TRUE(contains(messageOf([&] { (void)openCellMap(path); }), "bad.ot")) << bad;
+    EXPECT_TRUE(contains(messageOf([&] { (void)openCellMap(path); }), "log-odds")) << bad;
+  }
+}
+
 TEST(ReadOctomap, ReadsATreeWhoseHeaderStatesNoSize)
 {
   const TemporaryFolder folder;

@@ -33,9 +33,9 @@ using mrpt::serialization::CSerializable;
 
 constexpr std::size_t kChunk = std::size_t{1} << 18;
 constexpr const char* kLimitAdvice =
-    "which is the limit here: half the memory of this machine, and no more than a map's file of this size "
-    "can hold; "
-    "the environment variable LAMAP_MAX_CONTENT_MIB raises that";
+    "which is the limit here: 48 MiB and 40 times the size of the file, or half the memory of this machine "
+    "if "
+    "that is less; the environment variable LAMAP_MAX_CONTENT_MIB raises that";
 
 /// An archive that compresses into a file, and notices every error of writing: MRPT's own gzip stream ignores
 /// them.

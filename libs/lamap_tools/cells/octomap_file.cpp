@@ -170,12 +170,24 @@ bool holdsTree(const std::string& path, const OctomapHeader& header, std::istrea
   return true;
 }
 
+/// @throws std::runtime_error if a node's log-odds are not finite: OctoMap would call NaN free.
+template <class Tree>
+void requireFinite(const std::string& path, const Tree& tree)
+{
+  for (auto node = tree.begin_tree(), end = tree.end_tree(); node != end; ++node)
+    if (!std::isfinite(node->getLogOdds()))
+      failRead(path, "has a node at (" + std::to_string(node.getX()) + ", " + std::to_string(node.getY()) +
+                         ", " + std::to_string(node.getZ()) + ") whose log-odds are " +
+                         std::to_string(node->getLogOdds()) + "; they must be finite");
+}
+
 template <class Tree>
 std::unique_ptr<CellMap> readTree(const std::string& path, const OctomapHeader& header, std::istream& in,
                                   bool binary)
 {
   auto tree = std::make_unique<Tree>(header.resolution_m);
   if (holdsTree(path, header, in, binary)) binary ? tree->readBinaryData(in) : tree->readData(in);
+  requireFinite(path, *tree);
   return std::make_unique<OctomapCells<Tree>>(std::move(tree));
 }
 
