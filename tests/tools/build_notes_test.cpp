@@ -300,6 +300,20 @@ TEST_F(Notes, PhantomShellsAreNamedUnlessSomethingLimitsTheRange)
   EXPECT_EQ(readLogInfo(info).notes, notesOf({log}));
 }
 
+// A driver that writes lost returns at a range that the user then sets as the limit, below other returns.
+TEST_F(Notes, ManyReturnsAtTheLimitItselfAreNamed)
+{
+  const auto shellBelowOthers = [](int i) {
+    return i % 10 == 0 ? 8.0 : i % 10 == 1 ? 9 + varied(i) : varied(i);
+  };
+  const std::string log = simpleMapOf(cloud(at(0), 0.1, shellBelowOthers));
+  const auto notes = notesOf({log}, {"insertOpts.maxRange=8"});
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_TRUE(contains(notes[0], "insertOpts.maxRange=7.92")) << notes[0];
+  EXPECT_TRUE(notesOf({log}, {"insertOpts.maxRange=7.92"}).empty());
+  EXPECT_TRUE(notesOf({log}).empty());
+}
+
 // Two of four scans have a shell at 12 m, and one each at 9.5 and at 30 m.
 TEST_F(Notes, OfSeveralPhantomShellsTheNearestThatIsNoChanceIsNamed)
 {

@@ -40,6 +40,24 @@ std::vector<Eigen::Vector3d> returnsOf(const Scan& scan)
   return points_map;
 }
 
+/// Whether a twentieth of at least 100 returns lie at a range, as far as its rounding tells.
+bool areManyAt(double range_m, const Scan& scan)
+{
+  constexpr double kRounding = 1e-5;
+  constexpr size_t kFewestReturns = 100;
+  constexpr size_t kTwentieth = 20;
+  size_t returns = 0;
+  size_t alike = 0;
+  for (const RayFan& fan : scan.fans)
+    for (const Ray& ray : fan.rays)
+    {
+      if (ray.meaning != RayEnd::Return || !ray.end.allFinite()) continue;
+      ++returns;
+      if (std::abs((ray.end - fan.centre).norm() - range_m) <= kRounding * range_m) ++alike;
+    }
+  return returns >= kFewestReturns && alike * kTwentieth >= returns;
+}
+
 /// Between the lowest and the highest twentieth of some points.
 double heightOf(const std::vector<Eigen::Vector3d>& points)
 {
@@ -185,6 +203,8 @@ void BuildNotes::lookClosely(const ScanItem& item, Sensor& sensor) const
   ++sensor.lookedAt;
   sensor.longest_m = std::max(sensor.longest_m, seen.ranges->longest_m);
   sensor.shells.add(seen);
+  if (const double maxRange_m = maxRangeOf(map_); maxRange_m > 0 && areManyAt(maxRange_m, *scan))
+    ++sensor.shellsAtLimit;
   const std::vector<Eigen::Vector3d> points_map = returnsOf(*scan);
   sensor.height_m = std::max(sensor.height_m, heightOf(points_map));
   if (const auto resolution_m = resolutionOf(map_); resolution_m && areCrowded(points_map, *resolution_m))
@@ -275,8 +295,16 @@ std::optional<std::string> BuildNotes::coarseNote(const std::string& name, const
 std::optional<std::string> BuildNotes::shellNote(const std::string& name, const Sensor& sensor,
                                                  const Log& log) const
 {
-  const auto shell_m = sensor.shells.nearest_m();
   const double maxRange_m = maxRangeOf(map_);
+  if (sensor.shellsAtLimit > 0 && 4 * sensor.shellsAtLimit >= sensor.lookedAt)
+    return log.source->path() + ": " + name +
+           mrpt::format(
+               ": many returns of a scan lie at insertOpts.maxRange itself, %.4g m. If the sensor writes so "
+               "what it "
+               "does not see, they make a phantom shell; a smaller one leaves only free space there: -s "
+               "insertOpts.maxRange=%.3g",
+               maxRange_m, 0.99 * maxRange_m);
+  const auto shell_m = sensor.shells.nearest_m();
   // The returns of a shell at maxRange itself are rounded to either side of it: half of them are hits.
   constexpr double kSame = 0.999;
   if (!shell_m || (maxRange_m > 0 && maxRange_m < kSame * *shell_m)) return std::nullopt;

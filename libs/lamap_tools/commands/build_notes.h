@@ -56,6 +56,7 @@ class BuildNotes
     size_t scans = 0;
     size_t lookedAt = 0;  ///< of them, those with returns
     PhantomShells shells;
+    size_t shellsAtLimit = 0;        ///< scans with one at the map's maxRange
     EmptyScans emptyScans;           ///< of those that made free space
     double longest_m = 0;            ///< range of a return
     double height_m = 0;             ///< the largest one of a scan without its outliers
