@@ -17,7 +17,8 @@ const OptionTable& OverlappingStructure::optionTable()
         .add("outOfFieldLimit", &Self::outOfFieldLimit, plain().from(0).to(1e3),
              "limit of log-odds in cells outside the field of every scan; 0: no log-odds there")
         .add("fieldLimit", &Self::fieldLimit, plain().from(0).to(1e3),
-             "limit that log-odds in cells in the field of scans tend to, because their sum is overconfident; 0: none")
+             "limit that log-odds in cells in the field of scans tend to, because their sum is "
+             "overconfident; 0: none")
         .add("keepModels", &Self::keepModels, plain(),
              "keep models, for queries at points and for moving them; otherwise only cells are kept")
         .onlyWhere({"cutoff", "latticeSpacing"}, {{"features", {"compact"}}})
