@@ -148,7 +148,8 @@ double OpenSpace::reach_m(const Eigen::Vector3d& direction) const
 
 bool OpenSpace::reaches(const Eigen::Vector3d& place) const
 {
-  return rows_ > 0 && place.norm() <= reach_m(place);
+  if (rows_ == 0) return false;
+  return !DirectionBin::hasOne(place) || place.norm() <= reach_m(place);
 }
 
 }  // namespace lamap

@@ -118,6 +118,7 @@ TEST(OpenSpace, IsFreeBetweenRaysAsFarAsTheNearerOfThem)
     ends.push_back(6 * towards(azimuth, -10));
   }
   const OpenSpace space = OpenSpace::between(ends);
+  EXPECT_TRUE(space.reaches({0, 0, 0}));  // the sensor itself
   EXPECT_TRUE(space.reaches(3.9 * towards(40, -12)));
   EXPECT_FALSE(space.reaches(4.1 * towards(40, -12)));
   EXPECT_TRUE(space.reaches(5.9 * towards(40, -10)));

@@ -127,7 +127,8 @@ TEST(ConeSampling, TheConeIsFreeBeforeTheCap)
     SCOPED_TRACE(seed);
     Random random(seed);
     const double half = 0.5 * random.uniform(8, 25) * kDegree;
-    const Eigen::Vector3d echo = random.uniform(2, 4) * random.inCube(1).normalized();
+    const Eigen::Vector3d direction = random.inCube(1).normalized();
+    const Eigen::Vector3d echo = random.uniform(2, 4) * direction;
     const Taught taught = taughtBy(pingOf(echo, 2 * half / kDegree), coneRules());
     const double range = echo.norm();
     const double slack = kResolution_m * std::sqrt(3.0) / 2;
