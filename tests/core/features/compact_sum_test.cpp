@@ -63,9 +63,12 @@ Field randomField(Random& random, const CellIndex& anchor, int count)
 {
   Field field;
   for (int i = 0; i < count; ++i)
+  {
+    const float weight = random.chance(0.1) ? 0.0f : static_cast<float>(random.uniform(-4, 4));
     field.add({anchor.x + random.integer(-9, 9), anchor.y + random.integer(-9, 9),
                anchor.z + random.integer(-6, 6)},
-              random.chance(0.1) ? 0.0f : static_cast<float>(random.uniform(-4, 4)));
+              weight);
+  }
   return field;
 }
 
