@@ -35,12 +35,12 @@ using mrpt::math::TPoint3D;
 using mrpt::poses::CPose3D;
 namespace fs = std::filesystem;
 
-/// Points so far apart that the rays to them are too long for cells of 0.1 m.
-mrpt::obs::CObservationPointCloud farCloud(double reach_m = 6000)
+/// Points so far apart that the rays to them cross too many cells of 0.1 m.
+mrpt::obs::CObservationPointCloud farCloud()
 {
   auto points = mrpt::maps::CSimplePointsMap::Create();
   std::mt19937 generator(3);
-  std::uniform_real_distribution<float> coordinate(static_cast<float>(-reach_m), static_cast<float>(reach_m));
+  std::uniform_real_distribution<float> coordinate(-1800, 1800);
   for (int i = 0; i < 3000; ++i)
   {
     const float x = coordinate(generator);
@@ -89,6 +89,28 @@ TYPED_TEST(EveryMap, ATooLongScanIsRefusedBeforeMostOfTheWork)
   EXPECT_LT(seconds, 30) << "on a busy machine; without the check, minutes and gigabytes";
 }
 
+TYPED_TEST(EveryMap, SaysHowLongARayMayBe)
+{
+  TypeParam map;
+  map.logging_enable_console_output = false;
+  std::string said;
+  map.logRegisterCallback([&](std::string_view message, auto&&...) { said += message; });
+  Scan scan;
+  scan.fans.emplace_back().addReturn({4000, 0, 0});
+  scan.fans.emplace_back().addReturn({0.1, 17000, 0.1});
+  EXPECT_FALSE(map.insertScan(scan));
+  EXPECT_NE(
+      said.find("2; they are longer than 32768 cells of 0.1 m, up to 17000 m; set insertOpts.maxRange, or a "
+                "larger creationOpts.resolution"),
+      std::string::npos)
+      << said;
+  EXPECT_NE(map.asString().find("rays left out, too long for the cells 2"), std::string::npos)
+      << map.asString();
+  EXPECT_TRUE(map.isEmpty());
+  map.insertionOptions.maxRange = 3;
+  EXPECT_TRUE(map.insertScan(scan));
+}
+
 TEST(OverlappingWaiting, NoQuestionFailsForAScanThatWaits)
 {
   COverlappingHilbertMap map;
@@ -108,7 +130,7 @@ TEST(OverlappingWaiting, NoQuestionFailsForAScanThatWaits)
                    {
                      Scan scan;
                      RayFan& fan = scan.fans.emplace_back();
-                     for (int i = 0; i < 12000; ++i) fan.addReturn({6000, 0.1 * i, 1});
+                     for (int i = 0; i < 12000; ++i) fan.addReturn({3000, 0.1 * i, 1});
                      return scan;
                    }()),
                std::length_error);
@@ -251,7 +273,11 @@ TEST(Environment, AMalformedLimitIsRefusedByName)
     EXPECT_NE(said.find("'" + std::string(bad) + "'"), std::string::npos) << said;
   }
   for (const auto& [text, number] : std::vector<std::pair<const char*, uint64_t>>{
-           {"1", 1}, {"7", 7}, {"2e9", 2000000000}, {"1e300", std::numeric_limits<uint64_t>::max()}})
+           {"1", 1},
+           {"7", 7},
+           {"2e9", 2000000000},
+           {"18446744073709551615", std::numeric_limits<uint64_t>::max()},
+           {"1e300", std::numeric_limits<uint64_t>::max()}})
   {
     setenv(name, text, 1);
     EXPECT_EQ(limitFromEnvironment(name), number);

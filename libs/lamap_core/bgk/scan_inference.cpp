@@ -236,7 +236,7 @@ Evidence BgkScanInference::Implementation::infer(const Scan& scan, const BgkInfe
                                                  const BgkStructure& structure, int32_t layer,
                                                  const Workers& workers, RayCounts& counts)
 {
-  const SelectedRays rays = selectRays(scan, inference.rangeLimits());
+  const SelectedRays rays = selectRays(scan, inference.rangeLimits(), structure.resolution);
   frame_.emplace(ScanFrame::around(rays.scan, structure.resolution,
                                    structure.planar ? std::optional(layer) : std::nullopt));
   layer_ = layer;

@@ -180,7 +180,7 @@ Evidence GpScanInference::Implementation::infer(const Scan& scan, const GpInfere
   inference_ = inference;
   structure_ = structure;
   workers_ = &workers;
-  const SelectedRays rays = selectRays(scan, inference.rangeLimits());
+  const SelectedRays rays = selectRays(scan, inference.rangeLimits(), structure.resolution);
   const ScanFrame frame = ScanFrame::around(rays.scan, structure.resolution,
                                             structure.planar ? std::optional(layer) : std::nullopt);
   anchor_ = frame.anchor();

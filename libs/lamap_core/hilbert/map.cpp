@@ -115,7 +115,7 @@ RayCounts HilbertMap::insert(const Scan& scan, const HilbertInference& inference
 {
   inference.validate(structure_);
   if (uncertainty != nullptr) uncertainty->validate();
-  const SelectedRays rays = selectRays(scan, inference.rangeLimits());
+  const SelectedRays rays = selectRays(scan, inference.rangeLimits(), structure_.resolution);
   const auto layer = structure_.planarLayer();
   auto frame = HilbertFrame::atCell(ScanFrame::around(rays.scan, structure_.resolution, layer).anchor(),
                                     structure_.resolution, structure_.latticeSpacing, structure_.planar);

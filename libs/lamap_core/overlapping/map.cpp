@@ -71,7 +71,7 @@ RayCounts OverlappingHilbertMap::insert(const Scan& scan, const OverlappingInfer
 {
   inference.validate();
   if (uncertainty != nullptr) uncertainty->validate();
-  const SelectedRays selected = selectRays(scan, inference.rangeLimits());
+  const SelectedRays selected = selectRays(scan, inference.rangeLimits(), structure().resolution);
   if (selected.counts.used() == 0) return selected.counts;
   const ModelPose frame =
       pending_.scans.empty() ? modelFrameOf(selected.scan, shape_).value_or(ModelPose{}) : pending_.pose;

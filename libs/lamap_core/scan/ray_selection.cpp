@@ -34,9 +34,10 @@ double smallerRange(double one_m, double other_m)
 class FanSelector
 {
  public:
-  FanSelector(const RayFan& fan, const RangeOptions& limits, RayCounts& counts)
+  FanSelector(const RayFan& fan, const RangeOptions& limits, double longest_m, RayCounts& counts)
       : min_m_(std::max(limits.minRange, fan.statedRangeMin_m)),
         max_m_(smallerRange(limits.maxRange, fan.statedRangeMax_m)),
+        longest_m_(longest_m),
         openSpace_(limits.considerInvalidRangesAsFreeSpace ? std::make_optional<OpenSpace>(fan, min_m_)
                                                            : std::nullopt),
         counts_(counts)
@@ -74,6 +75,7 @@ class FanSelector
     const Eigen::Vector3d fromCentre = ray.end - selected.centre;
     const double range = fromCentre.norm();
     if (!(range > 0) || range < min_m_) return count(counts_.tooNear);
+    if (isTooLong(std::min(range, max_m_))) return;
     if (range > max_m_)
     {
       selected.rays.push_back({fromCentre * (max_m_ / range), RayEnd::Cut, ray.echo});
@@ -89,6 +91,7 @@ class FanSelector
     if (!openSpace_) return count(counts_.unbounded);
     const double length_m = std::min(max_m_, openSpace_->reach_m(ray.end));
     if (!std::isfinite(length_m)) return count(counts_.unbounded);
+    if (isTooLong(length_m)) return;
     addFree(ray, length_m);
     count(counts_.noReturn);
     counts_.noReturnLength_m += length_m;
@@ -97,7 +100,9 @@ class FanSelector
 
   void addCut(const Ray& ray)
   {
-    if (isDirection(ray)) addFree(ray, std::min(max_m_, ray.end.norm()));
+    if (!isDirection(ray)) return;
+    const double length_m = std::min(max_m_, ray.end.norm());
+    if (!isTooLong(length_m)) addFree(ray, length_m);
   }
 
   /// Counts the ray if it has no direction.
@@ -107,6 +112,15 @@ class FanSelector
     const bool isLong = isFinite && !ray.end.isZero(0);
     if (!isLong) count(isFinite ? counts_.tooNear : counts_.notFinite);
     return isLong;
+  }
+
+  /// Counts the ray if it is.
+  bool isTooLong(double length_m)
+  {
+    if (length_m <= longest_m_) return false;
+    count(counts_.tooLong);
+    counts_.tooLongLongest_m = std::max(counts_.tooLongLongest_m, length_m);
+    return true;
   }
 
   void addFree(const Ray& ray, double length_m)
@@ -121,6 +135,7 @@ class FanSelector
 
   double min_m_;
   double max_m_;
+  double longest_m_;
   std::optional<OpenSpace> openSpace_;  ///< nothing: rays without return are not wanted
   RayCounts& counts_;
 };
@@ -153,11 +168,13 @@ RayCounts& RayCounts::operator+=(const RayCounts& other)
   notFinite += other.notFinite;
   tooNear += other.tooNear;
   unbounded += other.unbounded;
+  tooLong += other.tooLong;
   outside += other.outside;
   noReturn += other.noReturn;
   narrowed += other.narrowed;
   noReturnLength_m += other.noReturnLength_m;
   noReturnLongest_m = std::max(noReturnLongest_m, other.noReturnLongest_m);
+  tooLongLongest_m = std::max(tooLongLongest_m, other.tooLongLongest_m);
   return *this;
 }
 
@@ -168,7 +185,7 @@ Eigen::Vector3d SelectedRays::firstCentre_map() const
   return scan.sensorPose_map.translation();
 }
 
-SelectedRays selectRays(const Scan& scan, const RangeOptions& limits)
+SelectedRays selectRays(const Scan& scan, const RangeOptions& limits, std::optional<double> resolution_m)
 {
   requireLegalOptions(limits, std::nullopt);
   scan.requireRigidPose();
@@ -177,13 +194,15 @@ SelectedRays selectRays(const Scan& scan, const RangeOptions& limits)
   rays.scan.sensorPose_map = scan.sensorPose_map;
   rays.scan.poseCovariance = scan.poseCovariance;
   const bool hasPose = scan.sensorPose_map.matrix().allFinite();
+  const double longest_m =
+      resolution_m ? kLongestRay_cells * *resolution_m : std::numeric_limits<double>::infinity();
   uint32_t untilNext = 0;
   for (const RayFan& fan : scan.fans)
   {
     if (!isLegalBeam(fan.beam))
       throw std::invalid_argument(
           "the beam of a scan has an angle, a deviation or an axis that is not legal");
-    FanSelector selector(fan, limits, rays.counts);
+    FanSelector selector(fan, limits, longest_m, rays.counts);
     selector.selected.rays.reserve(fan.rays.size() / limits.rayDecimation + 1);
     const bool isFinite = hasPose && fan.centre.allFinite();
     const bool isUsable = isFinite && isPlace(fan.centre) && isPlace(scan.inMap(fan.centre));

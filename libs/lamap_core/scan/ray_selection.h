@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace lamap
 {
@@ -26,6 +27,10 @@ struct RangeOptions
   [[nodiscard]] static const OptionTable& optionTable();
 };
 
+/** Longer rays are left out, after they were cut to the maximum range: the work of a ray grows with the
+ * number of cells that it crosses. 3.2 km in cells of 0.1 m. */
+constexpr double kLongestRay_cells = 32768;
+
 /// What became of the rays of a scan.
 struct RayCounts
 {
@@ -39,12 +44,14 @@ struct RayCounts
   size_t tooNear = 0;    ///< nearer than the minimum range, or of length zero: left out
   size_t unbounded =
       0;  ///< without return and without a maximum range to end at, or not wanted as free space: left out
+  size_t tooLong = 0;            ///< longer than kLongestRay_cells: left out
   size_t outside = 0;            ///< beyond what cell indices can address: left out
   double noReturnLength_m = 0;   ///< of the used rays without return together
   double noReturnLongest_m = 0;  ///< the longest of them
+  double tooLongLongest_m = 0;   ///< the longest of the rays that are too long
 
   [[nodiscard]] size_t used() const { return hits + freeOnly; }
-  [[nodiscard]] size_t leftOut() const { return notFinite + tooNear + unbounded + outside; }
+  [[nodiscard]] size_t leftOut() const { return notFinite + tooNear + unbounded + tooLong + outside; }
   RayCounts& operator+=(const RayCounts& other);
 };
 
@@ -67,8 +74,10 @@ struct SelectedRays
  * The maximum range is the smaller of the option's and the one that the observation states. A ray longer than
  * that is free up to there and has no hit. A ray without a return is free up to there too, but not beyond the
  * returns that bound it, see OpenSpace.
+ * @param resolution_m of the cells that the rays are for; nothing: they may have any length
  * @throws std::invalid_argument naming the first illegal option, its value and the legal range; or if the
  * scan's pose is no rigid motion, or the beam of a fan not legal */
-[[nodiscard]] SelectedRays selectRays(const Scan& scan, const RangeOptions& limits);
+[[nodiscard]] SelectedRays selectRays(const Scan& scan, const RangeOptions& limits,
+                                      std::optional<double> resolution_m = std::nullopt);
 
 }  // namespace lamap

@@ -40,7 +40,7 @@ ScanLabels labelCells(const Scan& scan, const LabelRules& rules)
   RangeOptions limits;
   limits.maxRange = rules.maxRange_m;
   limits.considerInvalidRangesAsFreeSpace = rules.noReturnIsFree;
-  const SelectedRays rays = selectRays(scan, limits);
+  const SelectedRays rays = selectRays(scan, limits, rules.resolution_m);
   const ScanFrame frame = ScanFrame::around(rays.scan, rules.resolution_m, rules.layer);
   ScanLabels labels;
   Sampler sampler;

@@ -383,14 +383,19 @@ bool CLearnedMap::tally(const RayCounts& counts)
   if (counts.used() > 0) ++scansUsed_;
   try
   {
-    const auto tellOnce = [&](size_t soFar, size_t now, const char* kind)
+    const auto tellOnce = [&](size_t soFar, size_t now, const std::string& kind)
     {
       if (soFar == 0 && now > 0)
         MRPT_LOG_WARN_STREAM("rays of a scan that are ignored: " << now << "; " << kind
                                                                  << " (reported once; all are counted)");
     };
     tellOnce(before.notFinite, counts.notFinite, "they are NaN or infinite");
-    tellOnce(before.outside, counts.outside, "they end beyond what cell indices can address");
+    tellOnce(before.tooLong, counts.tooLong,
+             "they are longer than " + shortText(kLongestRay_cells) + " cells of " +
+                 roundedText(resolution()) + " m, up to " + roundedText(counts.tooLongLongest_m) +
+                 " m; set insertOpts.maxRange, or a larger creationOpts.resolution");
+    tellOnce(before.outside, counts.outside,
+             "they lie beyond what cell indices can address, or too far from the first sensor of their scan");
     if (before.tooNear == 0 && counts.tooNear > 0)
       MRPT_LOG_INFO_STREAM("rays of a scan that are ignored: "
                            << counts.tooNear << "; closer than the minimum range, or on the sensor");
@@ -450,6 +455,7 @@ std::vector<CLearnedMap::Fact> CLearnedMap::scanFacts() const
   addIfAny("rays left out, not finite", tallied_.notFinite);
   addIfAny("rays left out, too near", tallied_.tooNear);
   addIfAny("rays left out, without return", tallied_.unbounded);
+  addIfAny("rays left out, too long for the cells", tallied_.tooLong);
   addIfAny("rays left out, out of reach of the indices", tallied_.outside);
   addIfAny("observations that could not be read or learned", scansFailed_);
   return facts;

@@ -219,7 +219,11 @@ void printRays(const RayCounts& rays, std::ostream& out)
   printUnused(rays.dropped, "dropped or called invalid by the sensor");
   printUnused(rays.tooNear, "nearer than the minimum range, or on the sensor itself");
   printUnused(rays.notFinite, "not finite");
-  printUnused(rays.outside, "beyond what cells can address");
+  if (rays.tooLong > 0)
+    out << "  rays not used: " << rays.tooLong
+        << mrpt::format(" longer than %.0f cells, up to %.1f m; set maxRange, or a larger resolution\n",
+                        kLongestRay_cells, rays.tooLongLongest_m);
+  printUnused(rays.outside, "beyond what cells can address, or too far from the scan's first sensor");
 }
 
 void printReport(const BuildReport& report, std::ostream& out)
@@ -265,6 +269,8 @@ Json reportJson(const BuildReport& report)
                   {"dropped", report.rays.dropped},
                   {"too_near", report.rays.tooNear},
                   {"not_finite", report.rays.notFinite},
+                  {"too_long", report.rays.tooLong},
+                  {"too_long_longest_m", report.rays.tooLongLongest_m},
                   {"outside", report.rays.outside}};
   json["notes"] = report.notes;
   json["failed"] = report.scans.failed;

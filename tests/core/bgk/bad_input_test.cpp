@@ -148,7 +148,8 @@ TEST(BgkMap, LeavesOutWhatNoCellIndexReaches)
     BgkMap map;
     RayCounts counts = map.insert(
         scanWith({fanOf({0, 0, 0}, {{3e8, 0, 0}, {0, -1e15, 0}, {0, 0, 1e200}, {1, 0, 0}})}), inference);
-    EXPECT_EQ(counts.outside, 3u);
+    EXPECT_EQ(counts.tooLong, 1u);
+    EXPECT_EQ(counts.outside, 2u);
     EXPECT_EQ(counts.hits, 1u);
     counts = map.insert(scanWith({fanOf({3e8, 0, 0}, {{3e8, 1, 0}})}), inference);
     EXPECT_EQ(counts.outside, 1u);

@@ -233,14 +233,14 @@ TEST(FailedChange, LeavesAnOverlappingHilbertMapAsItWas)
   }
 }
 
-/// Rays far too long for the cells of a map.
+/// Rays that together cross far too many cells of a map.
 Scan longScan()
 {
   Random random(3);
   Scan scan;
   RayFan& fan = scan.fans.emplace_back();
   for (int i = 0; i < 3000; ++i)
-    fan.addReturn({random.uniform(-6000, 6000), random.uniform(-6000, 6000), random.uniform(-6000, 6000)});
+    fan.addReturn({random.uniform(-1800, 1800), random.uniform(-1800, 1800), random.uniform(-1800, 1800)});
   return scan;
 }
 

@@ -61,8 +61,9 @@ TEST(OverlappingMapBadInput, UnusableRaysAreCountedAndLeaveNothing)
   EXPECT_TRUE(map.empty());
   EXPECT_EQ(map.insert({}, {}).used(), 0u);
   EXPECT_EQ(map.insert(scanOf({{1, 1, 1}}, {kNan, 0, 0}), {}).notFinite, 1u);
-  EXPECT_EQ(map.insert(scanOf({{1, 1, 1}}, {1e11, 0, 0}), {}).outside, 1u);
-  EXPECT_EQ(map.insert(scanOf({{1e6, 1, 1}}), {}).outside, 1u);
+  EXPECT_EQ(map.insert(scanOf({{1e11, 1, 1}}, {1e11, 0, 0}), {}).outside, 1u);
+  EXPECT_EQ(map.insert(scanOf({{1, 1, 1}}, {1e11, 0, 0}), {}).tooLong, 1u);
+  EXPECT_EQ(map.insert(scanOf({{1e6, 1, 1}}), {}).tooLong, 1u);
   EXPECT_TRUE(map.empty());
 }
 
@@ -149,7 +150,7 @@ TEST(OverlappingMapBadInput, AModelOfMoreCellsThanFitIsRefusedAndChangesNothing)
   OverlappingHilbertMap map(options.structure);
   map.addEvidence({0, 0, 0}, 1, {});
   const OverlappingHilbertMap before = map;
-  EXPECT_THROW(map.insert(scanOf({{3000, 5, 3000}, {-3000, 3000, 0}}), options.inference), std::length_error);
+  EXPECT_THROW(map.insert(scanOf({{2000, 5, 2000}, {-2000, 2000, 0}}), options.inference), std::length_error);
   EXPECT_TRUE(map == before);
 }
 

@@ -53,8 +53,8 @@ TEST(OverlappingLimits, AScanThatCannotBeTrainedDoesNotWait)
     SCOPED_TRACE(planar);
     OverlappingOptions options = waitingFor(3);
     options.structure.planar = planar;
-    // In the plane, rays are hardly ever too long.
-    const double reach_m = planar ? 0 : 6000;
+    // In the plane, rays hardly ever cross too many cells.
+    const double reach_m = planar ? 0 : 1800;
     OverlappingHilbertMap map(options.structure);
     (void)map.insert(burst(1, 20), options.inference, nullptr, 1);
     const OverlappingHilbertMap before = map;

@@ -31,7 +31,8 @@ std::vector<Eigen::Vector3d> freeRaysOf(const RayFan& fan)
 
 size_t sumOf(const RayCounts& c)
 {
-  return c.hits + c.freeOnly + c.decimated + c.dropped + c.notFinite + c.tooNear + c.unbounded + c.outside;
+  return c.hits + c.freeOnly + c.decimated + c.dropped + c.notFinite + c.tooNear + c.unbounded + c.tooLong +
+         c.outside;
 }
 
 TEST(RaySelection, KeepsHitsAsTheyAre)
@@ -243,12 +244,38 @@ TEST(RaySelection, AccountsForEveryRay)
   }
 }
 
+TEST(RaySelection, LeavesOutRaysThatAreTooLongForTheCells)
+{
+  const double longest_m = kLongestRay_cells * 0.5;
+  RayFan fan;
+  fan.addReturn({longest_m, 0, 0});
+  fan.addReturn({0, longest_m + 1, 0});
+  fan.add(RayEnd::Cut, {0, 0, longest_m + 3});
+  fan.add(RayEnd::NoReturn, {-1, 0, 0});
+  Scan scan = scanWith({fan});
+  RangeOptions limits;
+  limits.maxRange = longest_m + 2;
+  RayCounts counts = selectRays(scan, limits, 0.5).counts;
+  EXPECT_EQ(counts.hits, 1u);
+  EXPECT_EQ(counts.tooLong, 3u);
+  EXPECT_EQ(counts.tooLongLongest_m, longest_m + 2);
+  EXPECT_EQ(counts.noReturn, 0u);
+  EXPECT_EQ(selectRays(scan, limits).counts.tooLong, 0u) << "without cells, a ray may have any length";
+
+  // What is cut in time is not too long.
+  limits.maxRange = longest_m;
+  counts = selectRays(scan, limits, 0.5).counts;
+  EXPECT_EQ(counts.tooLong, 0u);
+  EXPECT_EQ(counts.used(), 4u);
+}
+
 TEST(RaySelection, AddsItsCounts)
 {
   RayCounts a, b;
   a.hits = 1, a.freeOnly = 2, a.decimated = 3, a.notFinite = 4, a.tooNear = 5, a.unbounded = 6, a.outside = 7,
-  a.dropped = 8;
+  a.dropped = 8, a.tooLong = 9, a.tooLongLongest_m = 10;
   b = a;
+  b.tooLongLongest_m = 5;
   b += a;
   EXPECT_EQ(b.hits, 2u);
   EXPECT_EQ(b.freeOnly, 4u);
@@ -258,8 +285,10 @@ TEST(RaySelection, AddsItsCounts)
   EXPECT_EQ(b.unbounded, 12u);
   EXPECT_EQ(b.outside, 14u);
   EXPECT_EQ(b.dropped, 16u);
+  EXPECT_EQ(b.tooLong, 18u);
+  EXPECT_EQ(b.tooLongLongest_m, 10);
   EXPECT_EQ(b.used(), 6u);
-  EXPECT_EQ(b.leftOut(), 44u);
+  EXPECT_EQ(b.leftOut(), 62u);
 }
 
 TEST(RaySelection, RefusesBadLimitsByNameAndValue)
