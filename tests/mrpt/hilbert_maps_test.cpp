@@ -253,6 +253,17 @@ TEST(HilbertMrptMap, CellsCannotBeWritten)
   EXPECT_THROW(map.updateVoxel(0, 0, 0, true), std::logic_error);
 }
 
+TEST(HilbertMrptMap, SaysHowManyTrainingPointsItKeeps)
+{
+  for (const bool batch : {false, true})
+  {
+    CHilbertMap map =
+        made<CHilbertMap>({{"creationOpts.training", batch ? "batch" : "incremental"}}, "hilbertMap");
+    map.insertRay(1, 0.2F, 0.1F, 0, 0, 0);
+    EXPECT_EQ(map.asString().find("training points") != std::string::npos, batch) << map.asString();
+  }
+}
+
 TEST(HilbertMrptMap, AnUncertainPlaceIsNearerToOneHalf)
 {
   CHilbertMap map;

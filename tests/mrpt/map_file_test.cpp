@@ -294,7 +294,9 @@ TEST(Payload, ReadsWhatWasWrittenWhateverTheSizeOfReads)
     const auto payload = someBytes(count);
     lamap::writePayload(archive, payload);
     EXPECT_EQ(archive.bytes.size(), count + 12);
-    EXPECT_EQ(lamap::readPayload(archive), payload);
+    const std::vector<uint8_t> read = lamap::readPayload(archive);
+    EXPECT_EQ(read, payload);
+    EXPECT_EQ(read.capacity(), read.size()) << "room for no more than the content";
     EXPECT_EQ(archive.position, archive.bytes.size());
   }
 }

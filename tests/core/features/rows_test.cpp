@@ -283,6 +283,27 @@ TEST(CompactRowsProperty, UncertainPointsHaveExpectedFeatures)
   }
 }
 
+TEST(FeatureRows, AreSharedOutEvenlyInFewChunks)
+{
+  FeatureRows rows;
+  for (const size_t points :
+       {size_t{0}, size_t{1}, size_t{2048}, size_t{2049}, size_t{32768}, size_t{160000}})
+  {
+    SCOPED_TRACE(points);
+    rows.reset(4, points, 4, {0, 1, 2});
+    EXPECT_EQ(rows.chunkCount(), std::min<size_t>(16, (points + 2047) / 2048));
+    size_t end = 0;
+    for (size_t chunk = 0; chunk < rows.chunkCount(); ++chunk)
+    {
+      EXPECT_EQ(rows.firstPointOf(chunk), end);
+      end = rows.endPointOf(chunk);
+      const bool isLast = chunk + 1 == rows.chunkCount();
+      EXPECT_TRUE(isLast || end - rows.firstPointOf(chunk) == std::max<size_t>(2048, (points + 15) / 16));
+    }
+    EXPECT_EQ(end, points);
+  }
+}
+
 TEST(FeatureRowsProperty, ProductsGiveTheGradientAndCurvatureOfTheLogisticLoss)
 {
   for (unsigned seed = 1; seed <= seeds(10); ++seed)

@@ -140,24 +140,43 @@ TEST(ScanBlocks, NumberBlocksInTheOrderOfTheirFirstTouch)
   }
 }
 
+TEST(CellAt, ReachesEquallyFarOnBothSidesOfTheOrigin)
+{
+  constexpr double kFirstBeyond = 2'140'000'000;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double sign : {1.0, -1.0})
+    {
+      Eigen::Vector3d point = Eigen::Vector3d::Constant(0.5);
+      point[axis] = sign * (kFirstBeyond - 1) + 0.5;
+      EXPECT_TRUE(cellAt(point, 1)) << point.transpose();
+      point[axis] = sign * kFirstBeyond + 0.5;
+      EXPECT_FALSE(cellAt(point, 1)) << point.transpose();
+    }
+}
+
 TEST(ScanBlocks, RefuseMoreThanAMachineCanHold)
 {
   constexpr auto kSide = int32_t{1} << 11;
-  ScanBlocks blocks;
-  blocks.reset({0, 0, 0}, {kSide - 1, kSide - 1, 1});  // room for twice as many as are allowed
-  for (int32_t y = 0; y < kSide; ++y)
+  // Room for twice as many as are allowed, held densely; and for more, held in the hash table.
+  for (const int32_t layers : {2, 9})
   {
-    for (int32_t x = 0; x < kSide; ++x) ASSERT_EQ(blocks.findOrAdd({x, y, 0}), y * kSide + x);
-  }
-  EXPECT_EQ(blocks.findOrAdd({5, 5, 0}), 5 * kSide + 5) << "a block that is known";
-  try
-  {
-    (void)blocks.findOrAdd({0, 0, 1});
-    FAIL() << "one block too many was taken";
-  }
-  catch (const std::length_error& error)
-  {
-    EXPECT_NE(std::string(error.what()).find("maxRange"), std::string::npos) << error.what();
+    SCOPED_TRACE(layers);
+    ScanBlocks blocks;
+    blocks.reset({0, 0, 0}, {kSide - 1, kSide - 1, layers - 1});
+    for (int32_t y = 0; y < kSide; ++y)
+    {
+      for (int32_t x = 0; x < kSide; ++x) ASSERT_EQ(blocks.findOrAdd({x, y, 0}), y * kSide + x);
+    }
+    EXPECT_EQ(blocks.findOrAdd({5, 5, 0}), 5 * kSide + 5) << "a block that is known";
+    try
+    {
+      (void)blocks.findOrAdd({0, 0, 1});
+      FAIL() << "one block too many was taken";
+    }
+    catch (const std::length_error& error)
+    {
+      EXPECT_NE(std::string(error.what()).find("maxRange"), std::string::npos) << error.what();
+    }
   }
 }
 

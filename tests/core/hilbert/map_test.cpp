@@ -542,6 +542,29 @@ TEST(HilbertMapProperty, WholeCellsThatAreWholeSitesMoveTheMapBitByBit)
     }
 }
 
+TEST(HilbertMap, VisitsAllOfItsCellsWhereverTheyLie)
+{
+  HilbertStructure structure;
+  structure.resolution = 0.125;
+  std::vector<Scan> scans = roomScans(2, 2, 60);
+  for (Scan& scan : scans) scan = quantized(scan, 20);
+  const auto cellsOf = [&](const std::vector<Scan>& taught)
+  {
+    size_t cells = 0;
+    learned(structure, taught).visitCells({}, [&](const CellIndex&, const CellEstimate&) { ++cells; });
+    return cells;
+  };
+  const size_t cells = cellsOf(scans);
+  EXPECT_GT(cells, 1000u);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double by_m : {-10.25, 10.25})
+    {
+      std::vector<Scan> there;
+      for (const Scan& scan : scans) there.push_back(moved(scan, by_m * Eigen::Vector3d::Unit(axis)));
+      EXPECT_EQ(cellsOf(there), cells) << "axis " << axis << ", moved by " << by_m << " m";
+    }
+}
+
 TEST(HilbertMap, OddScansGiveFiniteMaps)
 {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();

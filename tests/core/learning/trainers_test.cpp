@@ -1,6 +1,7 @@
 // L-BFGS and SGD, against Newton's method on dense features and against each other.
 #include <gtest/gtest.h>
 #include <lamap_core/features/nystroem.h>
+#include <lamap_core/features/nystroem_rows.h>
 #include <lamap_core/features/rows.h>
 #include <lamap_core/learning/lbfgs.h>
 #include <lamap_core/learning/sgd.h>
@@ -9,6 +10,7 @@
 #include <support/seeded_scans.h>
 #include <support/seeds.h>
 
+#include <array>
 #include <cmath>
 
 namespace lamap::test
@@ -219,6 +221,61 @@ TEST(NystroemProperty, WithAllPointsInducingReproducesTheKernelMatrix)
         }
     }
   }
+}
+
+TEST(NystroemRows, AreTheSameWithNarrowRegisters)
+{
+  if (!hasAvx2()) GTEST_SKIP() << "this processor has only narrow registers";
+  Random random(4);
+  for (const size_t components : {size_t{1}, size_t{15}, size_t{16}, size_t{17}, size_t{50}})
+  {
+    SCOPED_TRACE(components);
+    std::array<std::vector<float>, 3> inducing;
+    for (auto& axis : inducing)
+      for (size_t k = 0; k < components; ++k) axis.push_back(static_cast<float>(random.uniform(-1, 1)));
+    std::vector<double> inverse(components * components, 0.0);
+    for (size_t row = 0; row < components; ++row)
+      for (size_t column = 0; column <= row; ++column)
+        inverse[row * components + column] = random.uniform(-2, 2);
+    const NystroemRows rows(inducing, inverse, 3);
+    std::array<std::vector<float>, 2> features;
+    for (const bool wide : {false, true})
+    {
+      std::vector<float> kernels(NystroemRows::kAtOnce * rows.stride());
+      for (size_t p = 0; p < NystroemRows::kAtOnce; ++p)
+        rows.kernelsOf({0.1F * static_cast<float>(p), 0.2F, -0.3F}, kernels.data() + p * rows.stride(), wide);
+      features[wide].resize(kernels.size());
+      rows.featuresOf(kernels.data(), features[wide].data(), wide);
+      for (size_t p = 0; p < NystroemRows::kAtOnce; ++p)
+        for (size_t row = 0; row < components; ++row)
+        {
+          double sum = 0;
+          for (size_t k = 0; k < components; ++k)
+            sum += inverse[row * components + k] * kernels[p * rows.stride() + k];
+          ASSERT_NEAR(features[wide][p * rows.stride() + row], sum, 1e-4);
+        }
+    }
+    EXPECT_EQ(features[0], features[1]);
+  }
+}
+
+// Columns of the inverse are dealt to threads from 512 components on.
+TEST(Nystroem, ManyComponentsAreFactorizedByManyThreadsAsByOne)
+{
+  Random random(6);
+  const HilbertTrainingSet set = randomTrainingSet(random, 700, 2.0);
+  const NystroemFeatures features(set.points, 700, 10, 1);
+  FeatureRows rows;
+  features.rowsOf(set, rows, Workers(1));
+  for (size_t i = 0; i < set.size(); i += 7)
+    for (size_t j = 0; j <= i; j += 5)
+    {
+      double product = 0;
+      for (size_t k = 0; k < features.components(); ++k)
+        product += static_cast<double>(rows.valuesOf(i)[k]) * rows.valuesOf(j)[k];
+      ASSERT_NEAR(product, std::exp(-10 * (set.points[i] - set.points[j]).squaredNorm()),
+                  NystroemFeatures::kJitter + 1e-4);
+    }
 }
 
 TEST(NystroemProperty, FoldedClassifierEqualsItsFeatures)

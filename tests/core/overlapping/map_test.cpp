@@ -233,6 +233,45 @@ TEST(OverlappingMap, BlockDepthChangesNoCell)
   }
 }
 
+// A stereo camera's two fans, say, come from one place.
+TEST(OverlappingMap, FansFromTheSamePlaceWithTheSameRangeShareAView)
+{
+  const auto viewsOf = [](double rangeMax_m, const Eigen::Vector3d& centre)
+  {
+    Scan scan;
+    for (const double sign : {1.0, -1.0})
+    {
+      RayFan& fan = scan.fans.emplace_back();
+      fan.statedRangeMax_m = 3;
+      for (int i = 0; i < 5; ++i) fan.addReturn({sign, 0.1 * i, 0.05});
+    }
+    scan.fans.back().statedRangeMax_m = rangeMax_m;
+    scan.fans.back().centre = centre;
+    OverlappingHilbertMap map;
+    (void)map.insert(scan, {});
+    return map.models().at(0).model->views;
+  };
+  EXPECT_EQ(viewsOf(3, {0, 0, 0}).size(), 1u);
+  EXPECT_EQ(viewsOf(3, {0, 0, 0.1}).size(), 2u);
+  const std::vector<DepthView> views = viewsOf(2, {0, 0, 0});
+  ASSERT_EQ(views.size(), 2u);
+  EXPECT_EQ(views[0].image().rangeMax_m, 3);
+  EXPECT_EQ(views[1].image().rangeMax_m, 2);
+}
+
+TEST(OverlappingMap, ItsModelsTakeWhatTheirPartsTake)
+{
+  Random random(2);
+  OverlappingHilbertMap map;
+  (void)map.insert(roomScan(random, {}), {});
+  const PackedSites& sites = map.models().at(0).model->sites;
+  const size_t parts = sites.blocks.size() * sizeof(BlockIndex) + sites.bits.size() * sizeof(SiteSet::Bits) +
+                       sites.weights.size() * sizeof(float) + sites.firstWeights.size() * sizeof(uint32_t);
+  EXPECT_EQ(sites.memoryBytes(), parts);
+  EXPECT_GT(map.modelBytes(), sites.memoryBytes());
+  EXPECT_GT(map.memoryBytes(), map.modelBytes());
+}
+
 TEST(OverlappingMap, ABoxWithoutOutliersIsSmaller)
 {
   Random random(2);

@@ -46,6 +46,16 @@ TEST(DepthView, EndsAtTheMaximumRange)
   EXPECT_FALSE(view.contains(towards(1, 1, 8.01)));
 }
 
+TEST(DepthView, WithoutRaysSeesNothingButWhatIsNear)
+{
+  DepthView view(Eigen::Vector3d::Zero(), 8.0, {}, false);
+  view.finish();
+  EXPECT_EQ(view.image().rows, 0u);
+  EXPECT_EQ(view.image().columns, 0u);
+  EXPECT_TRUE(view.contains(towards(1, 1, 0.29)));
+  EXPECT_FALSE(view.contains(towards(1, 1, 0.31)));
+}
+
 TEST(DepthView, TakesTheLongestRayOfABin)
 {
   DepthView view(Eigen::Vector3d::Zero(), 100.0, {}, false);
