@@ -17,6 +17,8 @@ set(LAMAP_PUBLIC_HEADERS
   lamap_core/gp/options.h
   lamap_core/gp/reading.h
   lamap_core/grid/cell.h
+  lamap_core/grid/cell_cubes.h
+  lamap_core/grid/cell_extent.h
   lamap_core/grid/cell_options.h
   lamap_core/grid/cell_sums.h
   lamap_core/grid/evidence.h
@@ -81,13 +83,14 @@ set(LAMAP_PUBLIC_FUNCTIONS
   operator???lamap::Bgk operator???lamap::Gp operator???lamap::HilbertStructure operator???lamap::Overlapping
   operator???lamap::Evidence
   EvidenceMap*::cell EvidenceMap*::at EvidenceMap*::visitCells EvidenceMap*::memoryBytes EvidenceMap*::evidence
-  EvidenceMap*::restoreEvidence EvidenceMap*::structure EvidenceMap*::planarLayer EvidenceMap*::clear EvidenceMap*::empty
+  EvidenceMap*::restoreEvidence EvidenceMap*::cellBounds EvidenceMap*::emptyAround
+  EvidenceMap*::structure EvidenceMap*::planarLayer EvidenceMap*::clear EvidenceMap*::empty
   EvidenceMap*::merge EvidenceMap*::EvidenceMap
   LearnerMap*::LearnerMap LearnerMap*::T*Options:: LearnerMap*::TMapDefinition::TMapDefinition
   LearnerMap*::TMapDefinition::?TMapDefinition LearnerMap*::MapDefinition LearnerMap*::CreateFromMapDefinition
   LearnerMap*::alias LearnerMap*::core LearnerMap*::creationOptions LearnerMap*::estimate LearnerMap*::isEmpty
   LearnerMap*::memoryBytes LearnerMap*::planarLayer LearnerMap*::rangeLimits LearnerMap*::resolution
-  LearnerMap*::stateThresholds LearnerMap*::visit
+  LearnerMap*::stateThresholds LearnerMap*::visit LearnerMap*::cellBounds LearnerMap*::emptyAround
 )
 
 # Hides every symbol of a library but those above. By the linker, not by attributes: the headers of the core stay free

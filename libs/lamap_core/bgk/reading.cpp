@@ -86,6 +86,16 @@ void BgkReading::visitPriorCells(const std::function<void(const CellIndex&)>& vi
   if (priorMap_) priorMap_->visitCells({}, [&](const CellIndex& cell, const CellEstimate&) { visit(cell); });
 }
 
+std::optional<std::pair<CellIndex, CellIndex>> BgkReading::priorBounds() const
+{
+  return priorMap_ ? priorMap_->cellBounds() : std::nullopt;
+}
+
+int BgkReading::priorEmptyAround(const CellIndex& cell) const
+{
+  return priorMap_ ? priorMap_->emptyAround(cell) : ReadingOf::priorEmptyAround(cell);
+}
+
 std::array<double, 2> BgkReading::priorOf(const CellIndex& cell) const
 {
   if (priorMap_)

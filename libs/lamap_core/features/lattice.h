@@ -195,10 +195,15 @@ class LatticeGrowth
   LatticeGrowth(const LatticeGrowth&) = delete;
   LatticeGrowth& operator=(const LatticeGrowth&) = delete;
 
-  /// As HilbertLattice::addSites(), at most once for each block.
-  void addSites(const BlockIndex& index, const SiteSet::Bits& bits, const Weight& weight)
+  /// As HilbertLattice::addSites(), at most once for each block. @return the sites that are new
+  SiteSet::Bits addSites(const BlockIndex& index, const SiteSet::Bits& bits, const Weight& weight)
   {
-    if (auto before = lattice_.addSites(index, bits, weight)) before_.emplace_back(index, *std::move(before));
+    SiteSet::Bits added{};
+    auto before = lattice_.addSites(index, bits, weight);
+    if (!before) return added;
+    for (size_t word = 0; word < bits.size(); ++word) added[word] = bits[word] & ~before->bits[word];
+    before_.emplace_back(index, *std::move(before));
+    return added;
   }
   void keep() { before_.clear(); }
 

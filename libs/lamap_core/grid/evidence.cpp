@@ -1,10 +1,11 @@
 #include <lamap_core/grid/evidence.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace lamap
 {
-Evidence::Evidence(const Evidence& other) : shape_(other.shape_), kind_(other.kind_)
+Evidence::Evidence(const Evidence& other) : shape_(other.shape_), kind_(other.kind_), extent_(other.extent_)
 {
   blocks_.reserve(other.blocks_.size());
   for (const auto& [index, block] : other.blocks_)
@@ -24,6 +25,13 @@ EvidenceBlock& Evidence::findOrCreate(const BlockIndex& index)
   return *blocks_.emplace(index, std::make_unique<EvidenceBlock>()).first->second;
 }
 
+void Evidence::keepExtent()
+{
+  CellExtent extent(shape_);
+  for (const auto& [index, block] : blocks_) extent.grow(index, {}, block->layers(shape_));
+  extent_ = std::move(extent);
+}
+
 std::vector<BlockIndex> Evidence::sortedBlocks() const
 {
   std::vector<BlockIndex> indices;
@@ -38,7 +46,7 @@ size_t Evidence::memoryBytes() const
   // A slot of the open-addressing table holds the pair and its probe distance.
   size_t bytes = blocks_.bucket_count() * (sizeof(std::pair<BlockIndex, std::unique_ptr<EvidenceBlock>>) + 8);
   for (const auto& [index, block] : blocks_) bytes += block->memoryBytes();
-  return bytes;
+  return bytes + (extent_ ? extent_->memoryBytes() : 0);
 }
 
 bool operator==(const Evidence& a, const Evidence& b)

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <lamap_core/grid/cell.h>
+#include <lamap_core/grid/cell_extent.h>
 #include <lamap_core/grid/evidence_block.h>
 #include <tsl/robin_map.h>
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace lamap
@@ -28,7 +30,11 @@ class Evidence
   [[nodiscard]] const BlockShape& shape() const { return shape_; }
   [[nodiscard]] SumKind kind() const { return kind_; }
   [[nodiscard]] size_t blockCount() const { return blocks_.size(); }
-  void clear() { blocks_.clear(); }
+  void clear()
+  {
+    blocks_.clear();
+    if (extent_) extent_.emplace(shape_);
+  }
 
   [[nodiscard]] BlockIndex blockOf(const CellIndex& cell) const { return shape_.blockOf(cell); }
   [[nodiscard]] CellIndex firstCellOf(const BlockIndex& block) const { return shape_.firstCellOf(block); }
@@ -52,6 +58,12 @@ class Evidence
     return block ? block->at(shape_, shape_.offsetOf(cell)) : CellSums{};
   }
 
+  /// From now on knows the extent of its cells; only an EvidenceChange may change them then.
+  void keepExtent();
+  /// Where its cells are; null unless it keeps that.
+  [[nodiscard]] const CellExtent* extent() const { return extent_ ? &*extent_ : nullptr; }
+  [[nodiscard]] CellExtent* extent() { return extent_ ? &*extent_ : nullptr; }
+
   /// Forgets a block, if it is there.
   void erase(const BlockIndex& index) noexcept { blocks_.erase(index); }
 
@@ -71,7 +83,7 @@ class Evidence
     for (const auto& [index, block] : blocks_) visit(index, *block);
   }
 
-  /// Bytes of all blocks and of the index over them.
+  /// Bytes of all blocks and of what tells where they are.
   [[nodiscard]] size_t memoryBytes() const;
 
   /// The same blocks, packed in the same way.
@@ -81,6 +93,7 @@ class Evidence
   BlockShape shape_;
   SumKind kind_;
   tsl::robin_map<BlockIndex, std::unique_ptr<EvidenceBlock>, BlockIndexHash> blocks_;
+  std::optional<CellExtent> extent_;
 };
 
 }  // namespace lamap

@@ -122,6 +122,44 @@ void forEachLeaf(const DenseBlock& dense, const uint64_t* starts, size_t maskWor
   }
 }
 
+/// Of the cells whose Morton numbers differ in the lowest six bits, a word of a mask: those in each layer
+/// along an axis.
+template <int kAxes>
+constexpr std::array<std::array<uint64_t, 64>, kAxes> wordLayers()
+{
+  std::array<std::array<uint64_t, 64>, kAxes> cells{};
+  for (uint32_t offset = 0; offset < 64; ++offset)
+    for (uint32_t axis = 0; axis < kAxes; ++axis)
+    {
+      uint32_t layer = 0;
+      for (uint32_t bit = 0; bit * kAxes + axis < 6; ++bit)
+        layer |= (offset >> (bit * kAxes + axis) & 1u) << bit;
+      cells[axis][layer] |= uint64_t{1} << offset;
+    }
+  return cells;
+}
+
+/// The layers of the set bits of a mask.
+template <int kAxes>
+BlockLayers layersOf(const BlockShape& shape, const uint64_t* mask)
+{
+  constexpr auto kWordLayers = wordLayers<kAxes>();
+  constexpr uint32_t kWordEdge = kAxes == 3 ? 4 : 8;
+  BlockLayers layers{};
+  for (size_t word = 0; word < shape.maskWords(); ++word)
+  {
+    if (mask[word] == 0) continue;
+    const CellIndex first = shape.localOf(static_cast<uint32_t>(word * 64));
+    const std::array<int32_t, 3> firsts{first.x, first.y, first.z};
+    for (size_t axis = 0; axis < kAxes; ++axis)
+      for (uint32_t layer = 0; layer < kWordEdge; ++layer)
+        if ((mask[word] & kWordLayers[axis][layer]) != 0)
+          layers[axis] |= 1u << (static_cast<uint32_t>(firsts[axis]) + layer);
+  }
+  if (kAxes == 2 && layers[0] != 0) layers[2] = 1;
+  return layers;
+}
+
 constexpr uint32_t spread(uint32_t coordinate, int axes)
 {
   uint32_t spreadBits = 0;
@@ -358,6 +396,12 @@ size_t EvidenceBlock::leafCount(const BlockShape& shape) const
 size_t EvidenceBlock::observedCount(const BlockShape& shape) const
 {
   return words_.empty() ? 0 : countBits(observedMask(), shape.maskWords());
+}
+
+BlockLayers EvidenceBlock::layers(const BlockShape& shape) const
+{
+  if (words_.empty()) return {};
+  return shape.planar() ? layersOf<2>(shape, observedMask()) : layersOf<3>(shape, observedMask());
 }
 
 EvidenceBlock EvidenceBlock::fromWords(const BlockShape& shape, SumKind kind, bool wide, bool pruned,

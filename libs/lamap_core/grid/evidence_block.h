@@ -3,6 +3,7 @@
 #include <lamap_core/grid/cell.h>
 #include <lamap_core/grid/cell_sums.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -40,6 +41,13 @@ struct BlockIndexHash
     return static_cast<size_t>(h ^ (h >> 31));
   }
 };
+
+/// The longest edge of a block [cells].
+constexpr int kMostBlockEdge = 32;
+
+/// In which layers along x, y and z a block has a cell with evidence: a bit each, that of its first cells the
+/// lowest.
+using BlockLayers = std::array<uint32_t, 3>;
 
 /** Size of a block and the order of its cells.
  *
@@ -156,6 +164,7 @@ class EvidenceBlock
   [[nodiscard]] bool pruned() const { return pruned_; }
   [[nodiscard]] size_t leafCount(const BlockShape& shape) const;
   [[nodiscard]] size_t observedCount(const BlockShape& shape) const;
+  [[nodiscard]] BlockLayers layers(const BlockShape& shape) const;
   [[nodiscard]] size_t memoryBytes() const { return sizeof(*this) + words_.capacity() * sizeof(uint64_t); }
 
   /// For files: the packed words as they are, and back. The same content gives the same words.

@@ -69,6 +69,7 @@ EvidenceChange EvidenceChange::replacement(Evidence& of, const std::vector<Block
     Item& item = change.items_.emplace_back(index);
     item.target = old;
     item.replacement = std::move(*fresh);
+    change.findLayers(item);
   }
   change.makeTargets();
   return change;
@@ -77,7 +78,10 @@ EvidenceChange EvidenceChange::replacement(Evidence& of, const std::vector<Block
 EvidenceChange::~EvidenceChange()
 {
   for (const Item& item : items_)
+  {
+    if (item.isCounted) evidence_->extent()->shrink(item.index, item.both(), item.before);
     if (item.isNew) evidence_->erase(item.index);
+  }
 }
 
 void EvidenceChange::prepareItems(const RuleForBlock& ruleFor, const Workers& workers)
@@ -89,6 +93,7 @@ void EvidenceChange::prepareItems(const RuleForBlock& ruleFor, const Workers& wo
                     Item& item = items_[i];
                     item.target = evidence_->find(item.index);
                     prepare(item, ruleFor(item.index), dense.local());
+                    findLayers(item);
                   });
   makeTargets();
 }
@@ -118,11 +123,24 @@ void EvidenceChange::prepare(Item& item, const OctantRule& rule, DenseBlock& den
   sum.pack(shape, dense, rule.merger);
 }
 
+void EvidenceChange::findLayers(Item& item) const
+{
+  if (evidence_->extent() == nullptr) return;
+  const BlockShape& shape = evidence_->shape();
+  if (item.target != nullptr) item.before = item.target->layers(shape);
+  item.after = item.replacement.layers(shape);
+}
+
 /// Makes the blocks that are not there yet, empty.
 void EvidenceChange::makeTargets()
 {
   for (Item& item : items_)
   {
+    if (CellExtent* extent = evidence_->extent())
+    {
+      extent->grow(item.index, item.before, item.both());
+      item.isCounted = true;
+    }
     if (item.target != nullptr) continue;
     item.target = &evidence_->findOrCreate(item.index);
     item.isNew = true;
@@ -131,8 +149,17 @@ void EvidenceChange::makeTargets()
 
 void EvidenceChange::commit() noexcept
 {
-  for (Item& item : items_) *item.target = std::move(item.replacement);
-  for (const BlockIndex& index : gone_) evidence_->erase(index);
+  CellExtent* const extent = evidence_->extent();
+  for (Item& item : items_)
+  {
+    *item.target = std::move(item.replacement);
+    if (extent != nullptr) extent->shrink(item.index, item.both(), item.after);
+  }
+  for (const BlockIndex& index : gone_)
+  {
+    if (extent != nullptr) extent->shrink(index, evidence_->find(index)->layers(evidence_->shape()), {});
+    evidence_->erase(index);
+  }
   items_.clear();
   gone_.clear();
 }

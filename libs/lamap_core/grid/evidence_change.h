@@ -43,11 +43,21 @@ class EvidenceChange
     EvidenceBlock* target = nullptr;  ///< null: the block does not exist yet
     EvidenceBlock replacement;
     bool isNew = false;  ///< the target is an empty block made for this change
+    // Of evidence that keeps its extent: the layers of the block before the change, after it, and both.
+    BlockLayers before{};
+    BlockLayers after{};
+    bool isCounted = false;  ///< the extent has both
+
+    [[nodiscard]] BlockLayers both() const
+    {
+      return {before[0] | after[0], before[1] | after[1], before[2] | after[2]};
+    }
   };
 
   explicit EvidenceChange(Evidence& of) : evidence_(&of) {}
   void prepareItems(const RuleForBlock& ruleFor, const Workers& workers);
   void prepare(Item& item, const OctantRule& rule, DenseBlock& dense) const;
+  void findLayers(Item& item) const;
   void makeTargets();
 
   Evidence* evidence_;

@@ -25,7 +25,8 @@ class Workers;
  *   read(cell, sums, thresholds)   CellEstimate of a cell
  *   mean(cells, count, mean)  mean sums of cells in one state; false where they have none
  *   requireAddable(other)     throws std::invalid_argument unless evidence of the other means the same
- *   hasPriorMap(), priorKnows(cell), visitPriorCells(visit): of a map as the prior
+ *   hasPriorMap(), priorKnows(cell), visitPriorCells(visit), priorBounds(), priorEmptyAround(cell): of a
+ *                             map as the prior
  *
  * ReadingOf gives all but read().
  *
@@ -61,8 +62,11 @@ class EvidenceMap
   using CellVisitor = std::function<void(const CellIndex&, const CellEstimate&)>;
   /// Each finest cell that has evidence here or in a prior map, once, in no promised order.
   void visitCells(const StateThresholds& thresholds, const CellVisitor& visitor) const;
-  /// The smallest and the largest index of these cells along each axis.
+  /// The smallest and the largest index of these cells along each axis; without a walk of them.
   [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> cellBounds() const;
+  /// A cube of 2^n cells around a cell, aligned to its size, and those beside it hold none of these cells.
+  /// @return the largest n that is known, or 0
+  [[nodiscard]] int emptyAround(const CellIndex& index) const;
 
   /// Bytes of the evidence.
   [[nodiscard]] size_t memoryBytes() const { return evidence_.memoryBytes(); }

@@ -6,7 +6,6 @@
 #include <lamap_core/grid/evidence_map.h>
 
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -18,6 +17,7 @@ EvidenceMap<Reading>::EvidenceMap(const Structure& structure)
       planarLayer_(heldCell(structure.planarHeight / structure.resolution)),
       evidence_(BlockShape(structure.blockDepth - 1, structure.planar), Reading::kKind)
 {
+  evidence_.keepExtent();
 }
 
 template <typename Reading>
@@ -128,25 +128,28 @@ void EvidenceMap<Reading>::restoreEvidence(Evidence&& evidence)
 {
   if (!(evidence.shape() == evidence_.shape()) || evidence.kind() != evidence_.kind())
     throw std::invalid_argument("the evidence is not that of such a map: its blocks or sums differ");
+  evidence.keepExtent();
   evidence_ = std::move(evidence);
 }
 
 template <typename Reading>
 std::optional<std::pair<CellIndex, CellIndex>> EvidenceMap<Reading>::cellBounds() const
 {
-  constexpr int32_t kMost = std::numeric_limits<int32_t>::max();
-  CellIndex low{kMost, kMost, kMost};
-  CellIndex high{-kMost, -kMost, -kMost};
-  bool any = false;
-  visitCells({},
-             [&](const CellIndex& cell, const CellEstimate&)
-             {
-               any = true;
-               low = {std::min(low.x, cell.x), std::min(low.y, cell.y), std::min(low.z, cell.z)};
-               high = {std::max(high.x, cell.x), std::max(high.y, cell.y), std::max(high.z, cell.z)};
-             });
-  if (!any) return std::nullopt;
-  return std::make_pair(low, high);
+  const auto own = evidence_.extent()->bounds();
+  const auto prior = reading_.priorBounds();
+  if (!own || !prior) return own ? own : prior;
+  const auto& [low, high] = *own;
+  const auto& [priorLow, priorHigh] = *prior;
+  return std::make_pair(
+      CellIndex{std::min(low.x, priorLow.x), std::min(low.y, priorLow.y), std::min(low.z, priorLow.z)},
+      CellIndex{std::max(high.x, priorHigh.x), std::max(high.y, priorHigh.y), std::max(high.z, priorHigh.z)});
+}
+
+template <typename Reading>
+int EvidenceMap<Reading>::emptyAround(const CellIndex& index) const
+{
+  const int empty = evidence_.extent()->emptyAround(index);
+  return empty == 0 ? 0 : std::min(empty, reading_.priorEmptyAround(index));
 }
 
 }  // namespace lamap

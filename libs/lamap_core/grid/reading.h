@@ -5,6 +5,9 @@
 #include <lamap_core/options/option_table.h>
 
 #include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
 
 namespace lamap
 {
@@ -45,6 +48,8 @@ class ReadingOf
   [[nodiscard]] bool hasPriorMap() const { return false; }
   [[nodiscard]] bool priorKnows(const CellIndex&) const { return false; }
   void visitPriorCells(const std::function<void(const CellIndex&)>&) const {}
+  [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> priorBounds() const { return std::nullopt; }
+  [[nodiscard]] int priorEmptyAround(const CellIndex&) const { return std::numeric_limits<int>::max(); }
 
  protected:
   Structure structure_;

@@ -53,7 +53,8 @@ void CompactMapModel::learnWeights(HilbertTrainingSet& set, const HilbertFrame& 
   if (compact.sites().blocks().empty()) return;  // all points are too uncertain to say anything
   const auto prior = static_cast<float>(structure_.priorPrecision);
   Growth growth(lattice_, compact.sites().blocks().size());
-  addSites(compact.sites(), frame, {0.0f, keepsPrecision() ? prior : 0.0f}, growth);
+  const ReachedBox reached =
+      addSites(compact.sites(), frame, {0.0f, keepsPrecision() ? prior : 0.0f}, growth);
   addReachedSites(frame);
   compact.build(set, workers);
   readPrior(frame);
@@ -64,6 +65,7 @@ void CompactMapModel::learnWeights(HilbertTrainingSet& set, const HilbertFrame& 
   // Nothing fails from here on.
   keepPosterior(frame);
   sgdSteps_ = steps;
+  reached_ = reached;
   growth.keep();
 }
 

@@ -327,7 +327,53 @@ void HilbertMap::visitCells(const CellVisitor& visitor, unsigned threads) const
 
 std::optional<std::pair<CellIndex, CellIndex>> HilbertMap::cellBounds() const
 {
-  return ReachedCells(structure_, trained().lattice()).bounds();
+  const MapModel& model = trained();
+  std::array<int32_t, 3> low = model.reachedBox().low;
+  std::array<int32_t, 3> high = model.reachedBox().high;
+  if (model.isUncertain())
+  {
+    // Cells near uncertain points may be reached or not: whole layers without any are left off.
+    const auto bounds = ReachedCells(structure_, model.lattice()).bounds();
+    if (!bounds) return std::nullopt;
+    low = {bounds->first.x, bounds->first.y, bounds->first.z};
+    high = {bounds->second.x, bounds->second.y, bounds->second.z};
+    for (size_t axis = 0; axis < 3; ++axis)
+    {
+      auto layer = high;
+      while (low[axis] <= high[axis] && !isAnyReached(low, (layer[axis] = low[axis], layer))) ++low[axis];
+      if (low[axis] > high[axis]) return std::nullopt;
+      layer = low;
+      while (!isAnyReached((layer[axis] = high[axis], layer), high)) --high[axis];
+    }
+  }
+  else if (!model.reachedBox().any())
+    return std::nullopt;
+  return std::make_pair(CellIndex{low[0], low[1], low[2]}, CellIndex{high[0], high[1], high[2]});
+}
+
+/// Does a box hold a cell with evidence?
+bool HilbertMap::isAnyReached(const std::array<int32_t, 3>& low, const std::array<int32_t, 3>& high) const
+{
+  constexpr int kEdge = kScanBlockEdge;
+  std::vector<ReachedLogodds> answers;
+  for (int32_t z = low[2]; z <= high[2]; z += kEdge)
+    for (int32_t y = low[1]; y <= high[1]; y += kEdge)
+      for (int32_t x = low[0]; x <= high[0]; x += kEdge)
+      {
+        logoddsOf({x, y, z},
+                  {std::min(kEdge, high[0] - x + 1), std::min(kEdge, high[1] - y + 1),
+                   std::min(kEdge, high[2] - z + 1)},
+                  answers);
+        if (std::any_of(answers.begin(), answers.end(),
+                        [](const ReachedLogodds& answer) { return answer.reached; }))
+          return true;
+      }
+  return false;
+}
+
+int HilbertMap::emptyAround(const CellIndex& cell) const
+{
+  return trained().emptyAround(cell);
 }
 
 // ---- What was learned

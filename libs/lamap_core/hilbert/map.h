@@ -97,8 +97,12 @@ class HilbertMap
   /// Every cell whose centre a feature reaches, once, in no promised order. @param threads as insert()
   void visitCells(const CellVisitor& visitor, unsigned threads = 1) const;
 
-  /// First and last cell of a box that holds all cells with evidence; nothing if there is none.
+  /// The smallest and the largest index of these cells along each axis. Without a walk of them, unless
+  /// training points were uncertain: then cells at the faces of a larger box are asked.
   [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> cellBounds() const;
+  /// A cube of 2^n cells around a cell, aligned to its size, and those beside it hold none of these cells.
+  /// @return the largest n that is known, or 0
+  [[nodiscard]] int emptyAround(const CellIndex& cell) const;
 
   [[nodiscard]] size_t weightCount() const;         ///< features of the model
   [[nodiscard]] size_t trainingPointCount() const;  ///< kept, `Batch` only
@@ -121,6 +125,8 @@ class HilbertMap
   [[nodiscard]] const MapModel& trained() const;
   [[nodiscard]] bool isWithinCell(const Eigen::Matrix3d& covariance) const;
   void addScansAt(const Eigen::Vector3d& point_map, ReachedLogodds& said) const;
+  [[nodiscard]] bool isAnyReached(const std::array<int32_t, 3>& low,
+                                  const std::array<int32_t, 3>& high) const;
   [[nodiscard]] std::optional<PointAtSite> placeOf(const Eigen::Vector3d& point_map) const;
 
   HilbertStructure structure_;

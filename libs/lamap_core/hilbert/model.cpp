@@ -2,6 +2,7 @@
 
 #include <lamap_core/hilbert/compact_model.h>
 #include <lamap_core/hilbert/nystroem_model.h>
+#include <lamap_core/hilbert/reached_cells.h>
 
 #include <algorithm>
 #include <cmath>
@@ -83,11 +84,32 @@ void MapModel::requireRoomFor(const HilbertTrainingSet& set, const HilbertFrame&
                            shiftOf(frame.anchorSite));
 }
 
-void MapModel::addSites(const SiteSet& sites, const HilbertFrame& frame, const SitePosterior& weight,
-                        Growth& growth)
+ReachedBox MapModel::addSites(const SiteSet& sites, const HilbertFrame& frame, const SitePosterior& weight,
+                              Growth& growth)
 {
+  ReachedBox reached = reached_;
   for (size_t i = 0; i < sites.blocks().size(); ++i)
-    growth.addSites(plusAnchor(sites.blocks()[i], frame.anchorSite), sites.bits(i), weight);
+  {
+    const BlockIndex block = plusAnchor(sites.blocks()[i], frame.anchorSite);
+    const bool isNew = lattice_.find(block) == nullptr;
+    extendReach(block, growth.addSites(block, sites.bits(i), weight), isNew, reached);
+  }
+  return reached;
+}
+
+/// @param sites of a block that are new; @param isNew the block itself is
+void MapModel::extendReach(const BlockIndex& block, const SiteSet::Bits& sites, bool isNew,
+                           ReachedBox& reached)
+{
+  if (!work_->siteReach) work_->siteReach.emplace(structure_);
+  work_->siteReach->extend(reached, block, sites);
+  if (!isNew) return;
+  const auto [low, high] = cellsNearBlocks(structure_, block, block);
+  const auto cubeOf = [](int32_t cell) { return cell >> CellCubes::kFinest; };
+  for (int32_t z = cubeOf(low.z); z <= cubeOf(high.z); ++z)
+    for (int32_t y = cubeOf(low.y); y <= cubeOf(high.y); ++y)
+      for (int32_t x = cubeOf(low.x); x <= cubeOf(high.x); ++x)
+        nearSites_.add({x << CellCubes::kFinest, y << CellCubes::kFinest, z << CellCubes::kFinest});
 }
 
 uint64_t MapModel::solve(const LogisticProblem& problem, const HilbertInference& inference,
@@ -116,6 +138,8 @@ void MapModel::restore(const HilbertState& state)
   constexpr int32_t kLastBlock = 1 << (30 - kScanBlockLog2Edge);
   const auto fits = [](int32_t i) { return i >= -kLastBlock && i <= kLastBlock; };
   lattice_.clear();
+  reached_ = {};
+  nearSites_.clear();
   const BlockIndex* last = nullptr;
   for (const HilbertState::Block& block : state.blocks)
   {
@@ -134,6 +158,7 @@ void MapModel::restore(const HilbertState& state)
                                 (isPosterior ? weight.precision > 0 : weight.precision >= 0),
                             "a weight is not finite or too large, or its precision not positive");
     lattice_.put(index, {{block.bits, {}}, block.weights});
+    extendReach(index, block.bits, true, reached_);
   }
   sgdSteps_ = state.sgdSteps;
   widths_.restore(state);

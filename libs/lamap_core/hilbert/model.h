@@ -3,8 +3,10 @@
 #include <lamap_core/features/lattice.h>
 #include <lamap_core/features/logodds.h>
 #include <lamap_core/features/rows.h>
+#include <lamap_core/grid/cell_cubes.h>
 #include <lamap_core/hilbert/options.h>
 #include <lamap_core/hilbert/point_widths.h>
+#include <lamap_core/hilbert/site_reach.h>
 #include <lamap_core/hilbert/state.h>
 #include <lamap_core/learning/solver.h>
 #include <lamap_core/math/workers.h>
@@ -13,6 +15,7 @@
 
 #include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace lamap
@@ -65,8 +68,17 @@ class MapModel
                  std::vector<ReachedLogodds>& out) const;
 
   [[nodiscard]] virtual size_t weightCount() const = 0;
-  [[nodiscard]] virtual size_t memoryBytes() const { return lattice_.memoryBytes() + widths_.memoryBytes(); }
+  [[nodiscard]] virtual size_t memoryBytes() const
+  {
+    return lattice_.memoryBytes() + widths_.memoryBytes() + nearSites_.memoryBytes();
+  }
   [[nodiscard]] const HilbertLattice<SitePosterior>& lattice() const { return lattice_; }
+  /// The cells that its sites reach where nothing is uncertain.
+  [[nodiscard]] const ReachedBox& reachedBox() const { return reached_; }
+  /// Whether some questions are as uncertain as the training points were.
+  [[nodiscard]] bool isUncertain() const { return !widths_.empty(); }
+  /// As CellCubes::emptyAround(), of what sites may reach.
+  [[nodiscard]] int emptyAround(const CellIndex& cell) const { return nearSites_.emptyAround(cell); }
 
   /// Gives the working memory of learn() back.
   void freeWorkspace() { work_ = std::make_unique<Workspace>(); }
@@ -85,6 +97,8 @@ class MapModel
       : structure_(other.structure_),
         kernel_(other.kernel_),
         lattice_(other.lattice_),
+        reached_(other.reached_),
+        nearSites_(other.nearSites_),
         widths_(other.widths_),
         sgdSteps_(other.sgdSteps_)
   {
@@ -103,8 +117,9 @@ class MapModel
 
   using Growth = LatticeGrowth<SitePosterior>;
   /// Adds the sites of a set to the lattice, those that are not there yet with this weight.
-  static void addSites(const SiteSet& sites, const HilbertFrame& frame, const SitePosterior& weight,
-                       Growth& growth);
+  /// @return what reachedBox() is with them
+  [[nodiscard]] ReachedBox addSites(const SiteSet& sites, const HilbertFrame& frame,
+                                    const SitePosterior& weight, Growth& growth);
   /// Finds the best weights, from `weights` on. @return what sgdSteps_ then is
   [[nodiscard]] uint64_t solve(const LogisticProblem& problem, const HilbertInference& inference,
                                const Workers& workers, std::vector<float>& weights);
@@ -112,18 +127,24 @@ class MapModel
   HilbertStructure structure_;
   CompactKernel kernel_;
   HilbertLattice<SitePosterior> lattice_;
+  ReachedBox reached_;   ///< by the sites of the lattice
+  CellCubes nearSites_;  ///< around all cells that these may reach, and perhaps more
   PointWidths widths_;
   uint64_t sgdSteps_ = 0;
 
   /// Of learn(), kept between scans; a copy begins with its own.
   struct Workspace
   {
+    std::optional<SiteReach> siteReach;
     CompactRows compact;
     SiteSet reached;
     Solver solver;
     std::vector<float> mean, precision, weights, curvature;
   };
   std::unique_ptr<Workspace> work_ = std::make_unique<Workspace>();
+
+ private:
+  void extendReach(const BlockIndex& block, const SiteSet::Bits& sites, bool isNew, ReachedBox& reached);
 };
 
 /// Sites of a scan are counted from its anchor; shifted by this, their blocks are those of the lattice.

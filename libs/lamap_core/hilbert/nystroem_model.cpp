@@ -15,9 +15,13 @@ constexpr double kMostFeatures = 1e9;
 }  // namespace
 
 NystroemMapModel::NystroemMapModel(const HilbertStructure& structure)
-    : MapModel(structure),
-      reach_sites_(static_cast<int>(std::floor(kernel_.support_m() / structure.latticeSpacing + 0.5)))
+    : MapModel(structure), reach_sites_(reachInSites(structure))
 {
+}
+
+int NystroemMapModel::reachInSites(const HilbertStructure& structure)
+{
+  return static_cast<int>(std::floor(structure.kernel().support_m() / structure.latticeSpacing + 0.5));
 }
 
 void NystroemMapModel::requireFewFeatures(size_t points) const
@@ -47,7 +51,7 @@ void NystroemMapModel::learnWeights(HilbertTrainingSet& set, const HilbertFrame&
   work_->compact.findSites(set, kernel_, structure_.latticeSpacing, structure_.planar,
                            shiftOf(frame.anchorSite));
   Growth growth(lattice_, work_->compact.sites().blocks().size());
-  addSites(work_->compact.sites(), frame, {}, growth);
+  const ReachedBox reached = addSites(work_->compact.sites(), frame, {}, growth);
   for (Eigen::Vector3d& point : set.points) point += cornerOf(frame.anchorSite, frame.spacing_m);
   std::optional<NystroemFeatures> first;
   if (features_.components() == 0)
@@ -69,6 +73,7 @@ void NystroemMapModel::learnWeights(HilbertTrainingSet& set, const HilbertFrame&
   classifier_ = std::move(classifier);
   folded_ = std::move(folded);
   sgdSteps_ = steps;
+  reached_ = reached;
   growth.keep();
 }
 

@@ -16,6 +16,8 @@ class NystroemMapModel final : public MapModel
 {
  public:
   explicit NystroemMapModel(const HilbertStructure& structure);
+  /// How many sites along an axis evidence reaches from the site of a training point.
+  [[nodiscard]] static int reachInSites(const HilbertStructure& structure);
   [[nodiscard]] std::unique_ptr<MapModel> clone() const override
   {
     return std::make_unique<NystroemMapModel>(*this);

@@ -12,20 +12,30 @@ namespace
 constexpr int kBits = kScanBlockLog2Edge;
 constexpr int kEdge = kScanBlockEdge;
 
-}  // namespace
-
-std::pair<CellIndex, CellIndex> ReachedCells::cellsNear(const CellIndex& low, const CellIndex& high) const
+/// All cells that sites in a box may reach.
+std::pair<CellIndex, CellIndex> cellsNear(const HilbertStructure& structure, const CellIndex& low,
+                                          const CellIndex& high)
 {
   // With a site's width more than the support, because Nyström's reach is counted in sites.
-  const double reach = structure_.kernel().support_m() + structure_.latticeSpacing;
+  const double reach = structure.kernel().support_m() + structure.latticeSpacing;
   const auto cell = [&](int32_t site, int end, double by)
   {
-    const double place = (static_cast<double>(site) + end) * structure_.latticeSpacing + by;
-    return heldCell(place / structure_.resolution);
+    const double place = (static_cast<double>(site) + end) * structure.latticeSpacing + by;
+    return heldCell(place / structure.resolution);
   };
-  const auto layer = structure_.planarLayer();
+  const auto layer = structure.planarLayer();
   return {{cell(low.x, 0, -reach), cell(low.y, 0, -reach), layer ? *layer : cell(low.z, 0, -reach)},
           {cell(high.x, 1, reach), cell(high.y, 1, reach), layer ? *layer : cell(high.z, 1, reach)}};
+}
+
+}  // namespace
+
+std::pair<CellIndex, CellIndex> cellsNearBlocks(const HilbertStructure& structure, const BlockIndex& low,
+                                                const BlockIndex& high)
+{
+  constexpr int32_t kLast = kEdge - 1;
+  return cellsNear(structure, {low.x * kEdge, low.y * kEdge, low.z * kEdge},
+                   {high.x * kEdge + kLast, high.y * kEdge + kLast, high.z * kEdge + kLast});
 }
 
 std::vector<BlockIndex> ReachedCells::blocks() const
@@ -44,7 +54,7 @@ std::vector<BlockIndex> ReachedCells::blocks() const
         high = {std::max(high.x, bit % kEdge), std::max(high.y, bit / kEdge), std::max(high.z, z)};
       }
     const auto [first, last] =
-        cellsNear({index.x * kEdge + low.x, index.y * kEdge + low.y, index.z * kEdge + low.z},
+        cellsNear(structure_, {index.x * kEdge + low.x, index.y * kEdge + low.y, index.z * kEdge + low.z},
                   {index.x * kEdge + high.x, index.y * kEdge + high.y, index.z * kEdge + high.z});
     const int bitsZ = structure_.planar ? 0 : kBits;
     for (int32_t z = first.z >> bitsZ; z <= last.z >> bitsZ; ++z)
@@ -67,9 +77,11 @@ std::optional<std::pair<CellIndex, CellIndex>> ReachedCells::bounds() const
     low = {std::min(low.x, block.x), std::min(low.y, block.y), std::min(low.z, block.z)};
     high = {std::max(high.x, block.x), std::max(high.y, block.y), std::max(high.z, block.z)};
   }
-  constexpr int32_t kLast = kEdge - 1;
-  return cellsNear({low.x * kEdge, low.y * kEdge, low.z * kEdge},
-                   {high.x * kEdge + kLast, high.y * kEdge + kLast, high.z * kEdge + kLast});
+  auto [first, last] = cellsNearBlocks(structure_, low, high);
+  constexpr int32_t kInBlock = kEdge - 1;
+  first = {first.x & ~kInBlock, first.y & ~kInBlock, structure_.planar ? first.z : first.z & ~kInBlock};
+  last = {last.x | kInBlock, last.y | kInBlock, structure_.planar ? last.z : last.z | kInBlock};
+  return std::make_pair(first, last);
 }
 
 }  // namespace lamap

@@ -9,6 +9,10 @@
 
 namespace lamap
 {
+/// First and last cell of a box that holds all cells that sites of blocks in [low, high] may reach.
+[[nodiscard]] std::pair<CellIndex, CellIndex> cellsNearBlocks(const HilbertStructure& structure,
+                                                              const BlockIndex& low, const BlockIndex& high);
+
 /// Which cells of a map the sites of its lattice may reach.
 class ReachedCells
 {
@@ -18,15 +22,12 @@ class ReachedCells
   {
   }
 
-  /// First and last cell of a box that holds all of them; nothing if there are none.
+  /// First and last cell of a box of whole blocks that holds all of them; nothing if there are none.
   [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> bounds() const;
   /// Blocks of 8³ cells (8² in a planar map) that may hold one, sorted.
   [[nodiscard]] std::vector<BlockIndex> blocks() const;
 
  private:
-  /// All cells that sites in a box may reach.
-  [[nodiscard]] std::pair<CellIndex, CellIndex> cellsNear(const CellIndex& low, const CellIndex& high) const;
-
   const HilbertStructure& structure_;
   const HilbertLattice<SitePosterior>& lattice_;
 };

@@ -248,9 +248,8 @@ bool CLearnedMap::castRay(const mrpt::math::TPoint3D& origin, const mrpt::math::
     return met;
   }
   // Two cells of a map may be millions of cells apart, with nothing in between.
-  const auto occupied = occupiedCells();
   walkCells(start, unit, resolution(), first, last, visit,
-            [&](const CellIndex& cell) { return occupied->emptyAround(cell); });
+            [&](const CellIndex& cell) { return emptyAround(cell); });
   return met;
 }
 

@@ -19,6 +19,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -50,6 +51,12 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   /// Calls the visitor once for every finest cell with evidence, with pruned ones expanded, in unspecified
   /// order.
   virtual void visitCells(const CellVisitor& visitor) const = 0;
+
+  /// The smallest and the largest index of these cells along each axis; nothing if there are none.
+  [[nodiscard]] virtual std::optional<std::pair<CellIndex, CellIndex>> cellBounds() const = 0;
+  /// A cube of 2^n cells around a cell, aligned to its size, and those beside it hold none of these cells.
+  /// @return the largest n that is known, or 0
+  [[nodiscard]] virtual int emptyAround(const CellIndex& cell) const = 0;
 
   /// Names of CellEstimate::evidence, in its order; one or two.
   [[nodiscard]] virtual std::vector<std::string> evidenceNames() const = 0;

@@ -20,14 +20,6 @@ std::vector<CellIndex> sortedOccupiedCells(const CLearnedMap& map)
   return cells;
 }
 
-namespace
-{
-BlockIndex cubeOf(const CellIndex& cell, int level)
-{
-  return {cell.x >> level, cell.y >> level, cell.z >> level};
-}
-}  // namespace
-
 OccupiedCells::OccupiedCells(const CLearnedMap& map) : thresholds_(map.stateThresholds())
 {
   const std::vector<CellIndex> cells = sortedOccupiedCells(map);
@@ -38,23 +30,6 @@ OccupiedCells::OccupiedCells(const CLearnedMap& map) : thresholds_(map.stateThre
     points_.insertPoint(centre.x(), centre.y(), centre.z());
   }
   points_.boundingBox();
-  for (const CellIndex& cell : cells)
-    for (size_t i = 0; i < cubes_.size(); ++i) cubes_[i].insert(cubeOf(cell, kCubeLevels[i]));
-}
-
-int OccupiedCells::emptyAround(const CellIndex& cell) const
-{
-  int empty = 0;
-  for (size_t i = 0; i < cubes_.size(); ++i)
-  {
-    const BlockIndex cube = cubeOf(cell, kCubeLevels[i]);
-    for (int32_t z = cube.z - 1; z <= cube.z + 1; ++z)
-      for (int32_t y = cube.y - 1; y <= cube.y + 1; ++y)
-        for (int32_t x = cube.x - 1; x <= cube.x + 1; ++x)
-          if (cubes_[i].count({x, y, z}) > 0) return empty;
-    empty = kCubeLevels[i];
-  }
-  return empty;
 }
 
 std::shared_ptr<const mrpt::maps::CSimplePointsMap> OccupiedCells::searchable(bool plane) const
@@ -74,14 +49,10 @@ std::shared_ptr<const mrpt::maps::CSimplePointsMap> OccupiedCells::searchable(bo
 
 ObservedBox::ObservedBox(const CLearnedMap& map)
 {
-  map.visitCells(
-      [&](const CellIndex& cell, const CellEstimate&)
-      {
-        if (!any) low = high = cell;
-        any = true;
-        low = {std::min(low.x, cell.x), std::min(low.y, cell.y), std::min(low.z, cell.z)};
-        high = {std::max(high.x, cell.x), std::max(high.y, cell.y), std::max(high.z, cell.z)};
-      });
+  const auto bounds = map.cellBounds();
+  if (!bounds) return;
+  any = true;
+  std::tie(low, high) = *bounds;
 }
 
 }  // namespace lamap

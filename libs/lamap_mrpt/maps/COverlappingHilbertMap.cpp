@@ -96,6 +96,16 @@ void COverlappingHilbertMap::visitCells(const CellVisitor& visitor) const
   whole()->visitCells(insertionOptions.thresholds, visitor);
 }
 
+std::optional<std::pair<CellIndex, CellIndex>> COverlappingHilbertMap::cellBounds() const
+{
+  return whole()->cellBounds();
+}
+
+int COverlappingHilbertMap::emptyAround(const CellIndex& cell) const
+{
+  return whole()->emptyAround(cell);
+}
+
 std::vector<CLearnedMap::Fact> COverlappingHilbertMap::facts() const
 {
   std::vector<Fact> own{{"blocks", core().evidence().blockCount()}, {"models", core().modelCount()}};

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace lamap
@@ -89,6 +90,8 @@ class COverlappingHilbertMap : public LearnerMap<OverlappingLearner>
   [[nodiscard]] std::optional<CellEstimate> estimateAt(const mrpt::math::TPoint3D& point_map) const override;
   [[nodiscard]] std::optional<CellEstimate> estimateCell(const CellIndex& cell) const override;
   void visitCells(const CellVisitor& visitor) const override;
+  [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> cellBounds() const override;
+  [[nodiscard]] int emptyAround(const CellIndex& cell) const override;
   [[nodiscard]] std::vector<std::string> evidenceNames() const override { return {"logodds"}; }
   [[nodiscard]] std::vector<Fact> facts() const override;
   /// Adds fieldWeight · hitWeight to the cell's log-odds, or subtracts fieldWeight · freeWeight.

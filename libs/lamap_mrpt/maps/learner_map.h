@@ -9,6 +9,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace lamap
@@ -118,6 +119,8 @@ class LearnerMap : public CLearnedMap
   [[nodiscard]] std::optional<CellEstimate> estimateAt(const mrpt::math::TPoint3D& point_map) const override;
   [[nodiscard]] std::optional<CellEstimate> estimateCell(const CellIndex& cell) const override;
   void visitCells(const CellVisitor& visitor) const override;
+  [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> cellBounds() const override;
+  [[nodiscard]] int emptyAround(const CellIndex& cell) const override;
   [[nodiscard]] std::string alias() const override { return Learner::kAlias; }
   [[nodiscard]] size_t memoryBytes() const override { return map_.memoryBytes(); }
   [[nodiscard]] std::optional<int32_t> planarLayer() const override { return map_.structure().planarLayer(); }

@@ -278,6 +278,18 @@ void LearnerMap<Learner>::visitCells(const CellVisitor& visitor) const
 }
 
 template <typename Learner>
+std::optional<std::pair<CellIndex, CellIndex>> LearnerMap<Learner>::cellBounds() const
+{
+  return map_.cellBounds();
+}
+
+template <typename Learner>
+int LearnerMap<Learner>::emptyAround(const CellIndex& cell) const
+{
+  return map_.emptyAround(cell);
+}
+
+template <typename Learner>
 std::vector<CLearnedMap::Fact> LearnerMap<Learner>::factsWith(std::vector<Fact> ofCells,
                                                               const std::vector<Fact>& own) const
 {
