@@ -28,6 +28,18 @@ OptionContent another(const Option& option, const OptionContent& content)
   return number + 0.125;
 }
 
+/// By its own ==, if it has one.
+template <typename Options>
+auto areEqual(const Options& a, const Options& b, int /*preferred*/) -> decltype(a == b)
+{
+  return a == b;
+}
+template <typename Options>
+bool areEqual(const Options& a, const Options& b, long /*else*/)
+{
+  return sameOptions(a, b);
+}
+
 template <typename Options>
 class OptionTables : public ::testing::Test
 {
@@ -45,9 +57,11 @@ TYPED_TEST(OptionTables, StructsDifferWhereAnyOptionDiffers)
     TypeParam changed;
     option.set(AnyOptions(&changed), another(option, option.get(ConstAnyOptions(&changed))));
     EXPECT_FALSE(sameOptions(changed, usual)) << option.key;
+    EXPECT_FALSE(areEqual(changed, usual, 0)) << option.key;
     EXPECT_NE(option.textOf(ConstAnyOptions(&changed)), option.textOf(ConstAnyOptions(&usual))) << option.key;
     option.set(AnyOptions(&changed), option.get(ConstAnyOptions(&usual)));
     EXPECT_TRUE(sameOptions(changed, usual)) << option.key;
+    EXPECT_TRUE(areEqual(changed, usual, 0)) << option.key;
   }
 }
 

@@ -406,6 +406,42 @@ OverlappingHilbertMap copiedByParts(const OverlappingHilbertMap& map)
   return copy;
 }
 
+TEST(OverlappingMap, EqualsOneOfWhichAllPartsAreEqual)
+{
+  Random random(6);
+  OverlappingOptions options;
+  options.inference.scansPerModel = 2;
+  OverlappingHilbertMap map(options.structure);
+  HilbertUncertainty uncertainty;
+  uncertainty.pose.diagonal().setConstant(1e-4);
+  for (const Scan& scan : roomScans(random, smallRoom(options), 3))
+    (void)map.insert(scan, options.inference, &uncertainty);
+  ASSERT_EQ(map.modelCount(), 1u);
+  ASSERT_EQ(map.pending().scans.size(), 1u);
+  const auto changed = [&](const auto& change)
+  {
+    std::vector<PlacedModel> models = map.models();
+    HilbertModel model = *models.front().model;
+    PendingScans pending = map.pending();
+    change(models.front().pose, model, pending);
+    models.front().model = std::make_shared<const HilbertModel>(model);
+    OverlappingHilbertMap other = map;
+    other.restore(std::move(models), std::move(pending));
+    return other;
+  };
+  EXPECT_TRUE(changed([](ModelPose&, HilbertModel&, PendingScans&) {}) == map);
+  EXPECT_FALSE(changed([](ModelPose& pose, HilbertModel&, PendingScans&) { ++pose.anchor.x; }) == map);
+  EXPECT_FALSE(changed([](ModelPose&, HilbertModel& model, PendingScans&) { ++model.scans; }) == map);
+  EXPECT_FALSE(changed([](ModelPose&, HilbertModel&, PendingScans& pending) { ++pending.pose.anchor.x; }) ==
+               map);
+  EXPECT_FALSE(changed([](ModelPose&, HilbertModel&, PendingScans& pending)
+                       { pending.scans.front().rays.scan.fans.front().centre.x() += 0.1; }) == map);
+  EXPECT_FALSE(changed([](ModelPose&, HilbertModel&, PendingScans& pending)
+                       { pending.scans.front().uncertainty.reset(); }) == map);
+  EXPECT_FALSE(changed([](ModelPose&, HilbertModel&, PendingScans& pending) { pending.scans.clear(); }) ==
+               map);
+}
+
 TEST(OverlappingMap, RefusesTheEvidenceOfAnotherKindOfMap)
 {
   OverlappingHilbertMap map(OverlappingOptions{}.structure);
