@@ -171,6 +171,9 @@ TEST(GridContent, BlocksAtTheEndsOfTheIndicesAreRefused)
     };
     constexpr int32_t kMost = std::numeric_limits<int32_t>::max() >> 3;
     EXPECT_FALSE(isRefused({267500000, -267500000, 0})) << "insertion reaches it";
+    EXPECT_FALSE(isRefused({kLastCell / 8 - 1, -kLastCell / 8, 0})) << "the outermost ones";
+    EXPECT_TRUE(isRefused({kLastCell / 8, 0, 0}));
+    EXPECT_TRUE(isRefused({0, -kLastCell / 8 - 1, 0}));
     for (const int32_t end : {kMost, -kMost - 1, kMost - 1, std::numeric_limits<int32_t>::max(),
                               std::numeric_limits<int32_t>::min()})
     {

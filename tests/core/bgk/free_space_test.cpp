@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace lamap::test
 {
@@ -199,5 +200,33 @@ TEST(BgkMap, SparesCellsWithEnoughHitsFromFreeEvidence)
       EXPECT_GT(map.evidence().at({10, 0, 0}).second, 0u);
     }
 }
+/// Rays along a wall pass through cells that hold it, between their returns.
+TEST(BgkFreeSpace, PassesThroughASeenSurfaceOnlyWhereHitsAreNotProtected)
+{
+  constexpr double kAside_m = 1.03;
+  RayFan fan;
+  std::set<int> hit;
+  for (int degrees = 7; degrees <= 27; ++degrees)
+  {
+    const double x = kAside_m / std::tan(degrees * M_PI / 180);
+    fan.addReturn({x, kAside_m, 0.05});
+    hit.insert(static_cast<int>(std::floor(x / 0.1)));
+  }
+  const auto freeEvidence = [&](uint32_t protectHits)
+  {
+    BgkInference inference;
+    inference.beamWidth = BeamWidth::None;
+    inference.protectHits = protectHits;
+    BgkMap map;
+    map.insert(scanWith({fan}), inference);
+    uint64_t sum = 0;
+    for (int x = 20; x < 80; ++x)
+      if (hit.count(x) == 0) sum += map.evidence().at({x, 10, 0}).second;
+    return static_cast<double>(sum);
+  };
+  EXPECT_LT(freeEvidence(1), 0.8 * freeEvidence(0));
+  EXPECT_EQ(freeEvidence(1), freeEvidence(3)) << "the number of hits is of no matter beside them";
+}
+
 }  // namespace
 }  // namespace lamap::test
