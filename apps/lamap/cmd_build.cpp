@@ -63,8 +63,8 @@ int build(BuildArguments& arguments)
 
 void addBuild(CLI::App& app, Action& action)
 {
-  addCommand<BuildArguments>(app, action, "build", "Build a map from logs, or continue a saved one", describe,
-                             build);
+  addCommand<BuildArguments, build>(app, action, "build", "Build a map from logs, or continue a saved one",
+                                    describe);
 }
 
 }  // namespace lamap::app

@@ -84,10 +84,10 @@ int compare(CompareArguments& arguments)
 
 void addCompare(CLI::App& app, Action& action)
 {
-  addCommand<CompareArguments>(
+  addCommand<CompareArguments, compare>(
       app, action, "compare",
       "Build several maps of one log: their quality, time and memory in one table, and pictures", describe,
-      compare, check);
+      check);
 }
 
 }  // namespace lamap::app

@@ -158,9 +158,9 @@ int evaluate(EvalArguments& arguments)
 
 void addEval(CLI::App& app, Action& action)
 {
-  addCommand<EvalArguments>(app, action, "eval",
-                            "Score maps against the truth, or a map against scans left out of it", describe,
-                            evaluate, check);
+  addCommand<EvalArguments, evaluate>(app, action, "eval",
+                                      "Score maps against the truth, or a map against scans left out of it",
+                                      describe, check);
 }
 
 }  // namespace lamap::app

@@ -45,9 +45,8 @@ int exportMap(ExportArguments& arguments)
 
 void addExport(CLI::App& app, Action& action)
 {
-  addCommand<ExportArguments>(app, action, "export",
-                              "Export a map for other programs; the extension selects the format", describe,
-                              exportMap);
+  addCommand<ExportArguments, exportMap>(
+      app, action, "export", "Export a map for other programs; the extension selects the format", describe);
 }
 
 }  // namespace lamap::app

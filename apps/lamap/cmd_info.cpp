@@ -12,10 +12,9 @@ struct InfoArguments
   std::string path;
   tools::InputOptions inputs;
   LogArguments log;
+  std::vector<CLI::Option*> forLogs;
   bool json = false;
 };
-
-constexpr const char* kForLogs = "For logs";
 
 void describe(CLI::App& command, InfoArguments& arguments)
 {
@@ -23,17 +22,9 @@ void describe(CLI::App& command, InfoArguments& arguments)
       .add_option("file", arguments.path,
                   "A saved map (.lamap.gz), OctoMap's .ot or .bt, or a log as of `lamap build`")
       ->required();
-  for (CLI::Option* option : addInputOptions(command, arguments.log, arguments.inputs))
-    option->group(kForLogs);
+  arguments.forLogs = addInputOptions(command, arguments.log, arguments.inputs);
+  for (CLI::Option* option : arguments.forLogs) option->group("For logs");
   command.add_flag("--json", arguments.json, "Print the same facts as JSON");
-}
-
-void check(const CLI::App& command, const InfoArguments& arguments)
-{
-  if (tools::isNameOfLog(arguments.path)) return;
-  for (const CLI::Option* option : command.get_options())
-    if (option->get_group() == kForLogs && option->count() > 0)
-      throw CLI::ValidationError(option->get_name(), "is for logs only");
 }
 
 int logInfo(InfoArguments& arguments)
@@ -53,6 +44,8 @@ int logInfo(InfoArguments& arguments)
 int info(InfoArguments& arguments)
 {
   if (tools::isNameOfLog(arguments.path)) return logInfo(arguments);
+  for (const CLI::Option* option : arguments.forLogs)
+    if (option->count() > 0) throw CLI::ValidationError(option->get_name(), "is for logs only");
   const tools::MapInfo found = tools::readMapInfo(arguments.path);
   if (arguments.json)
     print(tools::mapInfoJson(found));
@@ -64,10 +57,11 @@ int info(InfoArguments& arguments)
 
 void addInfo(CLI::App& app, Action& action)
 {
-  addCommand<InfoArguments>(app, action, "info",
-                            "Show what a map holds (class, cells, extent, evidence, every option), or a log "
-                            "(sensors, scans, ranges, poses)",
-                            describe, info, check);
+  addCommand<InfoArguments, info>(
+      app, action, "info",
+      "Show what a map holds (class, cells, extent, evidence, every option), or a log "
+      "(sensors, scans, ranges, poses)",
+      describe);
 }
 
 }  // namespace lamap::app

@@ -52,9 +52,8 @@ int query(QueryArguments& arguments)
 
 void addQuery(CLI::App& app, Action& action)
 {
-  addCommand<QueryArguments>(app, action, "query",
-                             "Query a map at points: probability, variance, state, evidence", describe, query,
-                             check);
+  addCommand<QueryArguments, query>(
+      app, action, "query", "Query a map at points: probability, variance, state, evidence", describe, check);
 }
 
 }  // namespace lamap::app

@@ -76,8 +76,8 @@ int render(RenderArguments& arguments)
 
 void addRender(CLI::App& app, Action& action)
 {
-  addCommand<RenderArguments>(app, action, "render", "Draw a map as a PNG, without a display", describe,
-                              render);
+  addCommand<RenderArguments, render>(app, action, "render", "Draw a map as a PNG, without a display",
+                                      describe);
 }
 
 }  // namespace lamap::app

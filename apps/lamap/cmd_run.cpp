@@ -18,7 +18,8 @@ void addRun(CLI::App& app, Action& action, const std::vector<std::string>& progr
       [&action, program, withoutCheck]
       {
         if (program.empty()) throw CLI::RequiredError("PROGRAM");
-        action = [program, withoutCheck]() -> int { tools::runWithPlugin(program, !*withoutCheck); };
+        if constexpr (kRunsCommands)
+          action = [program, withoutCheck]() -> int { tools::runWithPlugin(program, !*withoutCheck); };
       });
 }
 

@@ -133,9 +133,9 @@ void check(const CLI::App& command, const SimulateArguments& arguments)
 
 void addSimulate(CLI::App& app, Action& action)
 {
-  addCommand<SimulateArguments>(app, action, "simulate",
-                                "Make a world whose truth is known, and a log of a sensor in it", describe,
-                                simulate, check);
+  addCommand<SimulateArguments, simulate>(app, action, "simulate",
+                                          "Make a world whose truth is known, and a log of a sensor in it",
+                                          describe, check);
 }
 
 }  // namespace lamap::app

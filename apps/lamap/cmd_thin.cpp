@@ -54,9 +54,9 @@ int thin(ThinArguments& arguments)
 
 void addThin(CLI::App& app, Action& action)
 {
-  addCommand<ThinArguments>(app, action, "thin",
-                            "Rewrite a log as if its sensors had fewer beams, or a part of it", describe,
-                            thin, check);
+  addCommand<ThinArguments, thin>(app, action, "thin",
+                                  "Rewrite a log as if its sensors had fewer beams, or a part of it",
+                                  describe, check);
 }
 
 }  // namespace lamap::app

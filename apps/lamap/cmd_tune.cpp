@@ -64,9 +64,8 @@ int tune(TuneArguments& arguments)
 
 void addTune(CLI::App& app, Action& action)
 {
-  addCommand<TuneArguments>(app, action, "tune",
-                            "Search a map's options by how well scans of a log predict each other", describe,
-                            tune);
+  addCommand<TuneArguments, tune>(
+      app, action, "tune", "Search a map's options by how well scans of a log predict each other", describe);
 }
 
 }  // namespace lamap::app

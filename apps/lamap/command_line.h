@@ -18,22 +18,23 @@
 namespace lamap::app
 {
 /** Adds a subcommand whose arguments live as long as its action.
+ * @tparam run      runs it and returns the exit code. A parameter of the template, so that a program that
+ * only parses does not contain it.
  * @param describe  adds its options
- * @param run       runs it and returns the exit code
  * @param check     throws CLI::ValidationError if the options do not go together */
-template <class Arguments>
+template <class Arguments, int (*run)(Arguments&)>
 void addCommand(CLI::App& app, Action& action, const std::string& name, const std::string& text,
-                void (*describe)(CLI::App&, Arguments&), int (*run)(Arguments&),
+                void (*describe)(CLI::App&, Arguments&),
                 void (*check)(const CLI::App&, const Arguments&) = nullptr)
 {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(name, text);
   describe(*command, *arguments);
   command->callback(
-      [&action, arguments, command, run, check]
+      [&action, arguments, command, check]
       {
         if (check) check(*command, *arguments);
-        action = [arguments, run] { return run(*arguments); };
+        if constexpr (kRunsCommands) action = [arguments] { return run(*arguments); };
       });
 }
 
@@ -130,8 +131,6 @@ constexpr int64_t kMostEvery = 1'000'000'000;
 void catchStopSignals();
 [[nodiscard]] bool stopRequested();
 
-/// Where progress bars are drawn, which move the cursor: not through what escapes control characters.
-void drawProgressOn(std::streambuf* terminal);
 /// A progress bar on the standard error output.
 [[nodiscard]] tools::ProgressBar makeProgressBar(const std::string& unit = "scan");
 

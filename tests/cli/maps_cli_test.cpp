@@ -54,6 +54,18 @@ TEST_F(MapCommands, QueryAnswersEveryPointInItsOrder)
   ASSERT_EQ(run("query $/a.lamap.gz --points - "), 0) << "an empty input has no points";
 }
 
+TEST_F(MapCommands, MrptIsLoadedOnlyWhereACommandIsRun)
+{
+  for (const char* arguments : {"--version", "--help", "build --help", "", "biuld", "build", "query --at 0,0,0",
+                                "render $/a.lamap.gz -o $/a.png --view side", "run"})
+  {
+    const std::string libraries = librariesOf(arguments);
+    EXPECT_NE(libraries.find("libstdc++"), std::string::npos) << arguments;
+    EXPECT_EQ(libraries.find("libmrpt"), std::string::npos) << arguments;
+  }
+  EXPECT_NE(librariesOf("info $/a.lamap.gz").find("libmrpt-maps"), std::string::npos);
+}
+
 TEST_F(MapCommands, OutputThatIsLostIsNoSuccess)
 {
   std::string points = "x,y,z\n";

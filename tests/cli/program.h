@@ -77,6 +77,14 @@ class CommandLine : public testing::Test
     out_ = fileContent(folder_ / "stdout");
     return code;
   }
+  /// The same, and what the loader of the system says of libraries. @return those that it loaded
+  std::string librariesOf(const std::string& arguments)
+  {
+    setenv("LD_DEBUG", "files", 1);
+    (void)run(arguments);
+    unsetenv("LD_DEBUG");
+    return err_;
+  }
   /// The same, with a standard output that takes nothing.
   int runIntoFullDisk(const std::string& arguments) { return start(arguments, "/dev/full"); }
 
