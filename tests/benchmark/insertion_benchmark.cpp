@@ -3,6 +3,9 @@
 //   insertion_benchmark --benchmark_repetitions=9
 #include <benchmark/benchmark.h>
 #include <lamap_mrpt/maps/CBGKMap.h>
+#include <lamap_mrpt/maps/CGPMap.h>
+#include <lamap_mrpt/maps/CHilbertMap.h>
+#include <lamap_mrpt/maps/COverlappingHilbertMap.h>
 #include <lamap_mrpt/observations/observation_rays.h>
 #include <mrpt/maps/COctoMap.h>
 #include <octomap/octomap.h>
@@ -13,6 +16,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "benchmark_scans.h"
@@ -46,14 +50,33 @@ void buildMrptOctoMap(const ScanSeries& series)
   insertAll(map, series);
 }
 
-void buildBgkMap(const ScanSeries& series, unsigned threads, bool planar)
+/// How a map differs from the default.
+struct Mode
 {
-  lamap::CBGKMap::TCreationOptions options;
-  options.resolution = kResolution_m;
-  options.planar = planar;
-  lamap::CBGKMap map(options);
+  unsigned threads = 1;
+  bool planar = false;
+  std::string preset{};  ///< its name; "": none
+  bool line = false;     ///< freeSpace = line
+};
+
+template <typename Map>
+void buildMap(const ScanSeries& series, const Mode& mode)
+{
+  auto definition = Map::MapDefinition();
+  auto& options = dynamic_cast<typename Map::TMapDefinition&>(*definition);
+  if (!mode.preset.empty())
+  {
+    options.creationOpts.optionTable().require("preset").parse(options.creationOpts, mode.preset);
+    options.usePreset();
+  }
+  if constexpr (std::is_same_v<Map, lamap::CBGKMap>)
+    if (mode.line) options.insertionOpts.freeSpace = lamap::FreeSpace::Line;
+  options.creationOpts.resolution = kResolution_m;
+  options.creationOpts.planar = mode.planar;
+  Map map(options.creationOpts);
+  map.insertionOptions = options.insertionOpts;
   map.insertionOptions.maxRange = series.rangeMax_m;
-  map.setThreadCount(threads);
+  map.setThreadCount(mode.threads);
   insertAll(map, series);
 }
 
@@ -101,10 +124,30 @@ std::vector<Candidate> candidatesFor(const ScanSeries& series)
   std::vector<Candidate> candidates = {
       {kPeer, [&series] { buildMrptOctoMap(series); }},
       {"OctoMap", [scans = octomapScans(series), &series] { buildOctomap(scans, series.rangeMax_m); }},
-      {"CBGKMap, 1 thread", [&series] { buildBgkMap(series, 1, false); }},
-      {"CBGKMap, 2 threads", [&series] { buildBgkMap(series, 2, false); }}};
+      {"CBGKMap, 1 thread", [&series] { buildMap<lamap::CBGKMap>(series, {}); }},
+      {"CBGKMap, 2 threads", [&series] { buildMap<lamap::CBGKMap>(series, {2}); }}};
   if (series.planar)
-    candidates.push_back({"CBGKMap, planar, 1 thread", [&series] { buildBgkMap(series, 1, true); }});
+    candidates.push_back({"CBGKMap, planar, 1 thread", [&series] {
+                            buildMap<lamap::CBGKMap>(series, {1, true});
+                          }});
+  // One thread each.
+  candidates.insert(
+      candidates.end(),
+      {{"CBGKMap, freeSpace line",
+        [&series] {
+          buildMap<lamap::CBGKMap>(series, {1, false, "", true});
+        }},
+       {"CBGKMap, preset la3dm",
+        [&series] {
+          buildMap<lamap::CBGKMap>(series, {1, false, "la3dm"});
+        }},
+       {"CBGKMap, preset thesis",
+        [&series] {
+          buildMap<lamap::CBGKMap>(series, {1, false, "thesis"});
+        }},
+       {"CHilbertMap", [&series] { buildMap<lamap::CHilbertMap>(series, {}); }},
+       {"COverlappingHilbertMap", [&series] { buildMap<lamap::COverlappingHilbertMap>(series, {}); }},
+       {"CGPMap", [&series] { buildMap<lamap::CGPMap>(series, {}); }}});
   return candidates;
 }
 

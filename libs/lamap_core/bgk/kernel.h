@@ -58,6 +58,8 @@ class Kernel
   [[nodiscard]] double scale() const noexcept { return scale_; }
 
  private:
+  friend class KernelQueue;  // evaluates the same series for many distances at once
+
   /// @param coefficients highest power first
   [[nodiscard]] static double horner(const std::vector<double>& coefficients, double x) noexcept
   {

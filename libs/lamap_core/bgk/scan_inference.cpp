@@ -488,9 +488,9 @@ Layers BgkScanInference::Implementation::addPoints(const std::vector<PlacedPoint
                                                    const WeightedKernels& weights, const BlockPlace& place,
                                                    BlockSums& sums) const
 {
-  bool any = false;
-  for (const uint32_t i : list) any |= addPoint(weights, points[i], place, sums);
-  return any ? Layers{0, kEdge} : Layers{};
+  PointSums added(weights, place, sums);
+  for (const uint32_t i : list) added.addPoint(points[i]);
+  return added.any() ? Layers{0, kEdge} : Layers{};
 }
 
 /// As addPoints(). A ray may stand in the list several times, one behind the other.
@@ -498,25 +498,17 @@ Layers BgkScanInference::Implementation::addSegments(const BlockLists::Range& li
                                                      const WeightedKernels& weights, const BlockPlace& place,
                                                      const BlockMasks* masks, BlockSums& sums) const
 {
-  std::vector<std::pair<size_t, int64_t>> ended;  // cells in which rays ended, and their sums
-  if (masks != nullptr) forEachCell(masks->ended, [&](size_t cell) { ended.emplace_back(cell, 0); });
-  bool any = false;
+  PointSums added(weights, place, sums);
   uint32_t last = UINT32_MAX;
   for (const uint32_t i : list)
   {
     if (i == last) continue;
     last = i;
     const FreeSegment& segment = training_->freeSegments[i];
-    if (segment.hasHit)
-    {
-      any |= addSegment(weights, segment, place, sums);
-      continue;
-    }
-    for (auto& [cell, sum] : ended) sum = sums[cell];
-    any |= addSegment(weights, segment, place, sums);
-    for (const auto& [cell, sum] : ended) sums[cell] = sum;
+    // A ray without a return says nothing of cells in which others ended.
+    added.addSegment(segment, segment.hasHit || masks == nullptr ? nullptr : &masks->ended);
   }
-  return any ? Layers{0, kEdge} : Layers{};
+  return added.any() ? Layers{0, kEdge} : Layers{};
 }
 
 /// Calls visit(cell) for each cell of some layers of a block, by its number, that holds no free sample.
