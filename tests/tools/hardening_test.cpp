@@ -118,7 +118,7 @@ TEST(BuildStrictly, OneScanThatCannotBeLearnedIsLeftOutByName)
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "clouds");
   folder.write("clouds/0.pcd", cloud(2, 50));
-  folder.write("clouds/1.pcd", cloud(6000, 3000));
+  folder.write("clouds/1.pcd", cloud(1800, 3000));
   folder.write("clouds/2.pcd", cloud(3, 50));
   for (const std::string kind : {"bgkMap", "hilbertMap", "overlappingHilbertMap", "gpMap"})
   {
@@ -138,6 +138,27 @@ TEST(BuildStrictly, OneScanThatCannotBeLearnedIsLeftOutByName)
     options.outPath = folder / "strict.lamap.gz";
     EXPECT_THROW((void)buildMap(options), std::runtime_error);
     EXPECT_FALSE(std::filesystem::exists(options.outPath));
+  }
+}
+
+TEST(BuildReports, RaysThatAreTooLongAndWhatToSet)
+{
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "clouds");
+  folder.write("clouds/0.pcd", cloud(2, 50));
+  folder.write("clouds/1.pcd", cloud(20000, 20));
+  for (const std::string kind : {"bgkMap", "hilbertMap", "overlappingHilbertMap", "gpMap"})
+  {
+    SCOPED_TRACE(kind);
+    const BuildReport report = buildMap(optionsFor(kind, folder / "clouds", folder / (kind + ".lamap.gz")));
+    EXPECT_TRUE(report.saved);
+    EXPECT_EQ(report.rays.tooLong, 20u);
+    std::ostringstream text;
+    printReport(report, text);
+    EXPECT_NE(text.str().find("rays not used: 20 longer than 32768 cells, up to "), std::string::npos)
+        << text.str();
+    EXPECT_NE(text.str().find(" m; set maxRange, or a larger resolution"), std::string::npos) << text.str();
+    EXPECT_EQ(reportJson(report)["rays"]["too_long"], 20);
   }
 }
 
