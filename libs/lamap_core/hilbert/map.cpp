@@ -143,7 +143,7 @@ RayCounts HilbertMap::insert(const Scan& scan, const HilbertInference& inference
     {
       const Eigen::Vector3d fromAnchor(cell.x - anchor.x, cell.y - anchor.y, cell.z - anchor.z);
       const Eigen::Vector3d centre = frame->position(fromAnchor + Eigen::Vector3d::Constant(0.5));
-      return isWithinCell(local.of(centre, sensor));
+      return countsInItsCell(local.of(centre, sensor), structure_.resolution, structure_.planar);
     };
   }
 
@@ -196,12 +196,6 @@ bool HilbertMap::empty() const
 // ---- Questions
 
 /// Is a point so certain that its cell's rays speak of it?
-bool HilbertMap::isWithinCell(const Eigen::Matrix3d& covariance) const
-{
-  const double halfCell = 0.5 * structure_.resolution;
-  return (structure_.planar ? inPlane(covariance) : covariance).trace() <= halfCell * halfCell;
-}
-
 std::optional<PointAtSite> HilbertMap::placeOf(const Eigen::Vector3d& point_map) const
 {
   std::array<int32_t, 3> site{};
@@ -247,7 +241,7 @@ std::optional<double> HilbertMap::logoddsAt(const Eigen::Vector3d& point_map,
   if (!point) return std::nullopt;
   const Eigen::Matrix3d covered = structure_.planar ? inPlane(covariance) : covariance;
   ReachedLogodds said = model.at(*point, covered);
-  if (isWithinCell(covered)) addScansAt(point_map, said);
+  if (countsInItsCell(covered, structure_.resolution, structure_.planar)) addScansAt(point_map, said);
   return logoddsOrNothing(said);
 }
 

@@ -71,7 +71,7 @@ class HilbertMap
   /// Log-odds at a point [m]; nothing where no feature reaches. The height does not matter in a planar map.
   [[nodiscard]] std::optional<double> logoddsAt(const Eigen::Vector3d& point_map) const;
   /** Expected log-odds at an uncertain point; the rays of its cell count if its standard deviation, over all
-   * axes, is at most half a cell. @param covariance [m²] */
+   * axes, is at most 2.5 cells. @param covariance [m²] */
   [[nodiscard]] std::optional<double> logoddsAt(const Eigen::Vector3d& point_map,
                                                 const Eigen::Matrix3d& covariance) const;
   /// At the centre of a cell.
@@ -123,7 +123,6 @@ class HilbertMap
   struct Sampling;
 
   [[nodiscard]] const MapModel& trained() const;
-  [[nodiscard]] bool isWithinCell(const Eigen::Matrix3d& covariance) const;
   void addScansAt(const Eigen::Vector3d& point_map, ReachedLogodds& said) const;
   [[nodiscard]] bool isAnyReached(const std::array<int32_t, 3>& low,
                                   const std::array<int32_t, 3>& high) const;

@@ -39,13 +39,12 @@ std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldR
   return views;
 }
 
-/// Is a place of the model so certain that it may be told from the next cell?
-bool isWithinCell(const ModelScan& scan, const Eigen::Vector3d& place, const ModelShape& shape)
+/// Does a ray that ended at a place of the model count in its cell?
+bool countsInItsCell(const ModelScan& scan, const Eigen::Vector3d& place, const ModelShape& shape)
 {
   if (!scan.uncertainty) return true;
-  const Eigen::Matrix3d covariance = scan.uncertainty->of(place, scan.rays.firstCentre_map());
-  const double halfCell = 0.5 * shape.resolution_m;
-  return (shape.planar ? inPlane(covariance) : covariance).trace() <= halfCell * halfCell;
+  return lamap::countsInItsCell(scan.uncertainty->of(place, scan.rays.firstCentre_map()), shape.resolution_m,
+                                shape.planar);
 }
 
 /// Of the points' errors, by their weights [m²].
@@ -73,7 +72,7 @@ std::vector<Eigen::Vector3f> hitsOf(const std::vector<ModelScan>& scans, BeamWid
       const BeamCone cone = coneOf(scan.rays.scan, fan, beamWidth, shape.planar);
       for (const Ray& ray : fan.rays)
         if (ray.meaning == RayEnd::Return && !cone.isWide(fan.directionOf(ray), shape.resolution_m) &&
-            isWithinCell(scan, ray.end, shape))
+            countsInItsCell(scan, ray.end, shape))
           hits.push_back(ray.end.cast<float>());
     }
   return hits;
