@@ -1,41 +1,88 @@
 #include <lamap_core/features/logodds.h>
 #include <lamap_core/overlapping/model_trainer.h>
+#include <lamap_core/scan/beam_spacing.h>
 #include <lamap_core/training/ray_widths.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace lamap
 {
 namespace
 {
-/// The views of several scans; fans from the same place share one.
-std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldRules& rules,
-                               BeamWidth beamWidth, bool planar)
+/// The fans that several scans sent from one place.
+struct FansOfPlace
 {
-  std::vector<DepthView> views;
-  std::vector<Eigen::Vector3d> bundle;
+  Eigen::Vector3d centre;
+  double rangeMax_m;
+  std::vector<std::pair<const ModelScan*, const RayFan*>> fans;
+};
+
+std::vector<FansOfPlace> fansByPlace(const std::vector<ModelScan>& scans)
+{
+  std::vector<FansOfPlace> places;
   for (const ModelScan& scan : scans)
     for (const RayFan& fan : scan.rays.scan.fans)
     {
       if (fan.rays.empty()) continue;
       const double rangeMax_m =
           fan.statedRangeMax_m > 0 ? fan.statedRangeMax_m : std::numeric_limits<double>::infinity();
-      const auto same = std::find_if(
-          views.begin(), views.end(),
-          [&](const DepthView& view)
-          { return view.image().sensor == fan.centre && view.image().rangeMax_m == rangeMax_m; });
-      DepthView& view =
-          same != views.end() ? *same : views.emplace_back(fan.centre, rangeMax_m, rules, planar);
-      const BeamCone cone = coneOf(scan.rays.scan, fan, beamWidth, planar);
-      for (const Ray& ray : fan.rays)
+      const auto same = std::find_if(places.begin(), places.end(),
+                                     [&](const FansOfPlace& place) {
+                                       return place.centre == fan.centre && place.rangeMax_m == rangeMax_m;
+                                     });
+      FansOfPlace& place =
+          same != places.end() ? *same : places.emplace_back(FansOfPlace{fan.centre, rangeMax_m, {}});
+      place.fans.emplace_back(&scan, &fan);
+    }
+  return places;
+}
+
+/** Width of the bins of a view [degrees], from the distance between its neighbouring beams: wide enough for
+ * neighbours to meet, and no wider, because a bin knows but one depth. Chosen by log loss. */
+double angleBetweenBeams_deg(const FansOfPlace& place)
+{
+  constexpr double kOfSpacing = 1.25;
+  constexpr double kFinest_deg = 0.5;
+  constexpr double kCoarsest_deg = 10;
+  constexpr double kOfLoneBeams_deg = 2.5;
+  constexpr double kDegreesPerRadian = 180 / 3.141592653589793;
+  RayFan all;
+  all.centre = place.centre;
+  for (const auto& [scan, fan] : place.fans)
+    all.rays.insert(all.rays.end(), fan->rays.begin(), fan->rays.end());
+  std::vector<float> spacing = beamSpacing(all);
+  const auto median = spacing.begin() + static_cast<std::ptrdiff_t>(spacing.size() / 2);
+  std::nth_element(spacing.begin(), median, spacing.end());
+  if (!(*median > 0)) return kOfLoneBeams_deg;
+  return std::clamp(kOfSpacing * kDegreesPerRadian * static_cast<double>(*median), kFinest_deg,
+                    kCoarsest_deg);
+}
+
+/// The views of several scans; fans from the same place share one.
+std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldRules& rules,
+                               BeamWidth beamWidth, bool planar)
+{
+  std::vector<DepthView> views;
+  std::vector<Eigen::Vector3d> bundle;
+  for (const FansOfPlace& place : fansByPlace(scans))
+  {
+    FieldRules own = rules;
+    if (!(rules.angle_deg > 0)) own.angle_deg = angleBetweenBeams_deg(place);
+    DepthView& view = views.emplace_back(place.centre, place.rangeMax_m, own, planar);
+    for (const auto& [scan, fan] : place.fans)
+    {
+      const BeamCone cone = coneOf(scan->rays.scan, *fan, beamWidth, planar);
+      for (const Ray& ray : fan->rays)
       {
-        cone.spreadByAngle(fan.directionOf(ray), bundle);
+        cone.spreadByAngle(fan->directionOf(ray), bundle);
         for (const Eigen::Vector3d& each : bundle) view.addRay(each);
       }
     }
-  for (DepthView& view : views) view.finish();
+    view.finish();
+  }
   return views;
 }
 

@@ -49,8 +49,10 @@ const OptionTable& OverlappingInference::optionTable()
              "cells within this distance of the sensor are in its field")
         .add("fieldDepth", &Self::fieldDepth, metres().from(0).to(kMetresMost),
              "the field extends this far behind the end of a ray")
-        .add("fieldAngle", &Self::fieldAngle, OptionTraits{"deg"}.from(0.1).to(90),
-             "width of the bins of directions that share a depth")
+        .add(
+            "fieldAngle", &Self::fieldAngle, OptionTraits{"deg"}.from(0.1).to(90).orZero(),
+            "width of the bins of directions that share a depth; 0: 5/4 of the distance between neighbouring "
+            "beams, from 0.5 to 10")
         .add("fieldWeight", &Self::fieldWeight, plain().from(1e-3).to(1e3),
              "weight of log-odds in the field, because their sum is overconfident");
     addUncertaintyOptions(all);
@@ -108,6 +110,7 @@ OverlappingOptions presetOptions(OverlappingPreset preset)
   options.structure.outOfFieldLimit = 0.0;
   options.structure.fieldLimit = 0.0;
   OverlappingInference& inference = options.inference;
+  inference.fieldAngle = 2.5;
   inference.solver = HilbertSolver::SgdL1;
   inference.trainingPoints = HilbertPoints::Points;
   // Samples at regular distances from the sensor end up to one of them before the hit: half of one on

@@ -45,8 +45,9 @@ struct OverlappingInference : public HilbertSampling,
                                ///< (outliers, thesis 5.1), in [0, 0.5)
   double fieldNear = 0.3;      ///< cells within this distance of the sensor are in its field
   double fieldDepth = 0.3;     ///< the field extends this far behind the end of a ray
-  double fieldAngle = 2.5;     ///< [degrees] width of the bins of directions that share a depth
-  double fieldWeight = 0.6;    ///< of log-odds in the field, because their sum is overconfident; > 0
+  double fieldAngle = 0;       ///< [degrees] width of the bins of directions that share a depth; 0: by the
+                          ///< distance between neighbouring beams
+  double fieldWeight = 0.6;  ///< of log-odds in the field, because their sum is overconfident; > 0
   StateThresholds thresholds;
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.

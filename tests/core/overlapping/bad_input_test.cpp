@@ -218,7 +218,7 @@ TEST(OverlappingOptions, IllegalOnesAreNamed)
   expectInference("boxQuantile", [](auto& i) { i.boxQuantile = 0.5; });
   expectInference("fieldNear", [](auto& i) { i.fieldNear = kNan; });
   expectInference("fieldDepth", [](auto& i) { i.fieldDepth = -0.1; });
-  expectInference("fieldAngle", [](auto& i) { i.fieldAngle = 0; });
+  expectInference("fieldAngle", [](auto& i) { i.fieldAngle = 0.05; });
   expectInference("fieldWeight", [](auto& i) { i.fieldWeight = 0; });
   expectInference("freeThreshold", [](auto& i) { i.thresholds.free = 2; });
   expectInference("varianceThreshold", [](auto& i) { i.thresholds.variance = 0.1; });

@@ -480,6 +480,49 @@ TEST(OverlappingMapProperty, ItsPartsAreTheWholeState)
   }
 }
 
+/// Width of the bins of the only view of a map [degrees].
+double viewAngle_deg(const Scan& scan, double fieldAngle)
+{
+  OverlappingOptions options;
+  options.inference.fieldAngle = fieldAngle;
+  options.inference.iterations = 2;
+  OverlappingHilbertMap map(options.structure);
+  map.insert(scan, options.inference);
+  return map.models().at(0).model->views.at(0).image().rules.angle_deg;
+}
+
+/// Returns on a sphere, so many degrees apart.
+Scan sphereOfRays(double step_deg, double range_m = 2)
+{
+  constexpr double kRadians = 3.141592653589793 / 180;
+  Scan scan;
+  RayFan& fan = scan.fans.emplace_back();
+  for (double elevation = -20; elevation <= 20; elevation += step_deg)
+    for (double azimuth = -40; azimuth <= 40; azimuth += step_deg)
+      fan.addReturn({range_m * std::cos(elevation * kRadians) * std::cos(azimuth * kRadians),
+                     range_m * std::cos(elevation * kRadians) * std::sin(azimuth * kRadians),
+                     range_m * std::sin(elevation * kRadians)});
+  return scan;
+}
+
+TEST(OverlappingMap, BinsOfAViewAreAsWideAsItsBeamsAreApart)
+{
+  for (const double step_deg : {1.0, 2.0, 4.0})
+    EXPECT_NEAR(viewAngle_deg(sphereOfRays(step_deg), 0), 1.25 * step_deg, 0.35 * step_deg) << step_deg;
+  EXPECT_EQ(viewAngle_deg(sphereOfRays(0.2), 0), 0.5) << "not finer";
+  EXPECT_EQ(viewAngle_deg(sphereOfRays(15), 0), 10) << "not coarser";
+  EXPECT_EQ(viewAngle_deg(sphereOfRays(1), 4), 4) << "as the option says";
+  Scan alone;
+  alone.fans.emplace_back().addReturn({2, 0, 0});
+  EXPECT_EQ(viewAngle_deg(alone, 0), 2.5);
+
+  // Beams that come as several fans from one place are neighbours all the same.
+  const Scan whole = sphereOfRays(2);
+  Scan parts;
+  for (const Ray& ray : whole.fans[0].rays) parts.fans.emplace_back().rays.push_back(ray);
+  EXPECT_EQ(viewAngle_deg(parts, 0), viewAngle_deg(whole, 0));
+}
+
 /// A map of some rooms, from poses whose positions have this standard deviation.
 OverlappingHilbertMap mapOfUncertainPoses(const OverlappingOptions& options, const std::vector<Scan>& scans,
                                           double std_m)
