@@ -74,6 +74,13 @@ struct DocumentedRange
       low = std::max(low, number(third)), lowIncluded = true;
     else if (first == "at" && second == "most")
       high = std::min(high, number(third));
+    else if (first == "from")  // 1/1000 cell to 64 cells
+    {
+      std::string to, most;
+      words >> to >> most;
+      low = std::max(low, number(second)), lowIncluded = true;
+      high = std::min(high, number(most));
+    }
     else if (first == "within")
       low = std::max(low, -number(second)), high = std::min(high, number(second));
     else
@@ -355,8 +362,9 @@ TEST(OptionRanges, ARefusalNamesTheOptionItsValueAndTheRange)
   }
   catch (const std::invalid_argument& error)
   {
-    EXPECT_STREQ(error.what(),
-                 "kernelSupport = 6.5: must be a number > 0, at most 1e6, at most 64 cells, in m");
+    EXPECT_STREQ(
+        error.what(),
+        "kernelSupport = 6.5: must be a number > 0, at most 1e6, from 1/1000 cell to 64 cells, in m");
   }
 }
 }  // namespace

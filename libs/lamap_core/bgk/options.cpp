@@ -44,7 +44,7 @@ const OptionTable& BgkInference::optionTable()
              "how evidence decreases with distance")
         // A kernel of hundreds of cells is a mistake in the unit, and would not end.
         .add("kernelSupport", &Self::kernelSupport,
-             metres().above(0).to(kMetresMost).atMostCells(64).usuallyCells(2),
+             metres().above(0).to(kMetresMost).atLeastCells(0.001).atMostCells(64).usuallyCells(2),
              "a point has no effect at and beyond this distance; 3 to 4 cells suit sparse scans")
         .add("kernelScale", &Self::kernelScale, plain().above(0).to(1e3), "evidence at distance zero")
         .onlyWhere({"freeResolution", "freeDownsampling"}, {{"freeSpace", {"samples"}}})

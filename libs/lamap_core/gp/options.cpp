@@ -49,7 +49,7 @@ const OptionTable& GpInference::optionTable()
              "at a glancing angle")
         // A support of hundreds of cells is a mistake in the unit: each GP would speak of millions of cells.
         .add("kernelSupport", &Self::kernelSupport,
-             metres().above(0).to(kMetresMost).atMostCells(64).usuallyCells(2),
+             metres().above(0).to(kMetresMost).atLeastCells(0.001).atMostCells(64).usuallyCells(2),
              "a GP predicts nothing this far from all its data, and uses no data farther from its block")
         .add("lengthScale", &Self::lengthScale, metres().above(0).to(kMetresMost).atLeastCells(0.01),
              "correlation length of the surface")

@@ -114,6 +114,11 @@ TEST(BgkInference, RefusesLengthsThatWouldNeverEnd)
   expectInferenceRefused(&BgkInference::kernelSupport, "kernelSupport", {{1e9, "1e9"}});
 }
 
+TEST(BgkInference, RefusesASupportWhoseSquareIsZero)
+{
+  expectInferenceRefused(&BgkInference::kernelSupport, "kernelSupport", {{1e-200, "e-200"}, {1e-320, "e-"}});
+}
+
 TEST(BgkInference, RefusesAMaximumRangeThatIsNotBeyondTheMinimum)
 {
   BgkInference inference;

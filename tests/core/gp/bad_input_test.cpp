@@ -175,6 +175,7 @@ TEST(GpOptions, IllegalOnesAreNamed)
     }
   };
   expectRefusal("kernelSupport", [](GpInference& i) { i.kernelSupport = 0; });
+  expectRefusal("kernelSupport", [](GpInference& i) { i.kernelSupport = 1e-200; });
   expectRefusal("kernelSupport", [](GpInference& i) { i.kernelSupport = 7.0; });
   expectRefusal("lengthScale", [](GpInference& i) { i.lengthScale = kNan; });
   expectRefusal("maxPoints", [](GpInference& i) { i.maxPoints = 0; });
