@@ -34,7 +34,10 @@ void addCommand(CLI::App& app, Action& action, const std::string& name, const st
       [&action, arguments, command, check]
       {
         if (check) check(*command, *arguments);
-        if constexpr (kRunsCommands) action = [arguments] { return run(*arguments); };
+        if constexpr (kRunsCommands)
+          action = [arguments] { return run(*arguments); };
+        else
+          action = {};
       });
 }
 
