@@ -20,6 +20,8 @@ void addRun(CLI::App& app, Action& action, const std::vector<std::string>& progr
         if (program.empty()) throw CLI::RequiredError("PROGRAM");
         if constexpr (kRunsCommands)
           action = [program, withoutCheck]() -> int { tools::runWithPlugin(program, !*withoutCheck); };
+        else
+          action = {};
       });
 }
 
