@@ -105,11 +105,12 @@ void MapModel::extendReach(const BlockIndex& block, const SiteSet::Bits& sites, 
   work_->siteReach->extend(reached, block, sites);
   if (!isNew) return;
   const auto [low, high] = cellsNearBlocks(structure_, block, block);
+  constexpr int32_t kEdge = 1 << CellCubes::kFinest;
   const auto cubeOf = [](int32_t cell) { return cell >> CellCubes::kFinest; };
   for (int32_t z = cubeOf(low.z); z <= cubeOf(high.z); ++z)
     for (int32_t y = cubeOf(low.y); y <= cubeOf(high.y); ++y)
       for (int32_t x = cubeOf(low.x); x <= cubeOf(high.x); ++x)
-        nearSites_.add({x << CellCubes::kFinest, y << CellCubes::kFinest, z << CellCubes::kFinest});
+        nearSites_.add({x * kEdge, y * kEdge, z * kEdge});
 }
 
 uint64_t MapModel::solve(const LogisticProblem& problem, const HilbertInference& inference,
