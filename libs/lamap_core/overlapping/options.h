@@ -46,8 +46,8 @@ struct OverlappingInference : public HilbertSampling,
   double fieldNear = 0.3;      ///< cells within this distance of the sensor are in its field
   double fieldDepth = 0.3;     ///< the field extends this far behind the end of a ray
   double fieldAngle = 0;       ///< [degrees] width of the bins of directions that share a depth; 0: by the
-                          ///< distance between neighbouring beams
-  double fieldWeight = 0.6;  ///< of log-odds in the field, because their sum is overconfident; > 0
+                               ///< distance between neighbouring beams
+  double fieldWeight = 0.6;    ///< of log-odds in the field, because their sum is overconfident; > 0
   StateThresholds thresholds;
 
   /// @throws std::invalid_argument naming the first illegal option, its value and the legal range.
