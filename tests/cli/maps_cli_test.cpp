@@ -56,8 +56,8 @@ TEST_F(MapCommands, QueryAnswersEveryPointInItsOrder)
 
 TEST_F(MapCommands, MrptIsLoadedOnlyWhereACommandIsRun)
 {
-  for (const char* arguments : {"--version", "--help", "build --help", "", "biuld", "build", "query --at 0,0,0",
-                                "render $/a.lamap.gz -o $/a.png --view side", "run"})
+  for (const char* arguments : {"--version", "--help", "build --help", "", "biuld", "build",
+                                "query --at 0,0,0", "render $/a.lamap.gz -o $/a.png --view side", "run"})
   {
     const std::string libraries = librariesOf(arguments);
     EXPECT_NE(libraries.find("libstdc++"), std::string::npos) << arguments;
