@@ -87,11 +87,11 @@ std::vector<DepthView> viewsOf(const std::vector<ModelScan>& scans, const FieldR
 }
 
 /// Does a ray that ended at a place of the model count in its cell?
-bool countsInItsCell(const ModelScan& scan, const Eigen::Vector3d& place, const ModelShape& shape)
+bool isHitKept(const ModelScan& scan, const Eigen::Vector3d& place, const ModelShape& shape)
 {
   if (!scan.uncertainty) return true;
-  return lamap::countsInItsCell(scan.uncertainty->of(place, scan.rays.firstCentre_map()), shape.resolution_m,
-                                shape.planar);
+  return countsInItsCell(scan.uncertainty->of(place, scan.rays.firstCentre_map()), shape.resolution_m,
+                         shape.planar);
 }
 
 /// Of the points' errors, by their weights [m²].
@@ -119,7 +119,7 @@ std::vector<Eigen::Vector3f> hitsOf(const std::vector<ModelScan>& scans, BeamWid
       const BeamCone cone = coneOf(scan.rays.scan, fan, beamWidth, shape.planar);
       for (const Ray& ray : fan.rays)
         if (ray.meaning == RayEnd::Return && !cone.isWide(fan.directionOf(ray), shape.resolution_m) &&
-            countsInItsCell(scan, ray.end, shape))
+            isHitKept(scan, ray.end, shape))
           hits.push_back(ray.end.cast<float>());
     }
   return hits;

@@ -82,7 +82,7 @@ Eigen::Matrix3d inPlane(const Eigen::Matrix3d& covariance)
 
 bool countsInItsCell(const Eigen::Matrix3d& covariance, double resolution_m, bool planar)
 {
-  constexpr double kMost_cells = 2.5;  // chosen by log loss and AUC
+  constexpr double kMost_cells = 2.5;
   const double most_m = kMost_cells * resolution_m;
   return (planar ? inPlane(covariance) : covariance).trace() <= most_m * most_m;
 }
