@@ -5,7 +5,7 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/.ci/common.sh"
 
 install_packages build run
-configure_and_build release lamap lamap_mrpt
+configure_and_build release lamap lamap_mrpt lamap_python
 
 lamap=$root/build/bin/lamap
 out=$root/build/demo

@@ -186,6 +186,26 @@ Truth readTruthCsv(std::istream& in, const std::string& name)
   return truth;
 }
 
+Truth truthOfCells(std::vector<TrueCell> cells, const std::string& name)
+{
+  if (cells.empty()) throw std::invalid_argument(name + ": holds no cell");
+  for (const TrueCell& cell : cells)
+    if (!cell.centre_map.allFinite()) throw std::invalid_argument(name + ": a centre is not finite");
+  std::vector<const TrueCell*> order;
+  order.reserve(cells.size());
+  for (const TrueCell& cell : cells) order.push_back(&cell);
+  std::sort(order.begin(), order.end(),
+            [](const TrueCell* a, const TrueCell* b) { return inOrder(a->centre_map, b->centre_map); });
+  for (size_t i = 1; i < order.size(); ++i)
+    if (order[i - 1]->centre_map == order[i]->centre_map)
+      throw std::invalid_argument(name + ": a cell occurs twice");
+  Truth truth;
+  truth.name = name;
+  truth.spacing_m = leastSpacing(cells);
+  truth.cells = std::move(cells);
+  return truth;
+}
+
 Truth readTruth(const std::string& path)
 {
   requireNoFolder(path, "a truth");

@@ -42,6 +42,10 @@ struct Truth
  * cell that occurs twice and for a text without cells */
 [[nodiscard]] Truth readTruthCsv(std::istream& in, const std::string& name);
 
+/** A truth of cells in memory. @param name  for messages
+ * @throws std::invalid_argument for a cell that is not finite or occurs twice, and if there are none */
+[[nodiscard]] Truth truthOfCells(std::vector<TrueCell> cells, const std::string& name);
+
 /** Reads a truth from a file: `.csv` as above, or any map that openCellMap() reads (`.bt` for one), whose
  * free and occupied cells are the truth and whose undecided ones are left out.
  * @throws std::runtime_error as readTruthCsv and openCellMap. */

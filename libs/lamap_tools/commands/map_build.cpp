@@ -111,7 +111,8 @@ void save(const CMetricMap::Ptr& map, const std::string& path)
 }
 
 /// Some maps train their model on all scans when they are first asked.
-void train(const CMetricMap& map, size_t scans)
+/// @param consequence  of a failure, for its message
+void train(const CMetricMap& map, size_t scans, const std::string& consequence)
 {
   const auto* learned = dynamic_cast<const CLearnedMap*>(&map);
   if (learned == nullptr) return;
@@ -122,18 +123,17 @@ void train(const CMetricMap& map, size_t scans)
   catch (const std::length_error& error)
   {
     throw std::runtime_error("the model of " + counted(scans, "scan") +
-                             " cannot be trained: " + error.what() +
-                             "; nothing is written. Fewer of them: insertOpts.rayDecimation, freeResolution, "
+                             " cannot be trained: " + error.what() + consequence +
+                             ". Fewer of them: insertOpts.rayDecimation, freeResolution, "
                              "or trainingPoints = cells");
   }
 }
 
 /// @throws std::runtime_error naming what could not be read of an input
-void requireUndamaged(const ScanSource& source)
+void requireUndamaged(const ScanSource& source, const std::string& consequence)
 {
   if (!source.damages().empty())
-    throw std::runtime_error(source.path() + ": " + source.damages().front() +
-                             "; nothing is written (--strict)");
+    throw std::runtime_error(source.path() + ": " + source.damages().front() + consequence);
 }
 
 std::string reasonsOf(const BuildReport& report)
@@ -147,7 +147,59 @@ std::string reasonsOf(const BuildReport& report)
   }
   return reasons;
 }
+using MapSink = std::function<void(CMetricMap&)>;
+
+/// @param consequence  of a failure, for its message
+BuiltMap build(const BuildOptions& options, const ProgressSink& progress, const MapSink& prepare,
+               const std::string& consequence)
+{
+  BuiltMap built;
+  BuildReport& report = built.report;
+  built.map = startingMap(options, report.notes);
+  CMetricMap& map = *built.map;
+  if (prepare) prepare(map);
+  const auto sources = openInputs(options.inputs);
+
+  report.mapClass = map.GetRuntimeClass()->className;
+  report.outPath = options.outPath;
+  const auto begin = std::chrono::steady_clock::now();
+  ScanInserter inserter(map, options.strict);
+  BuildNotes notes(map);
+  const std::string strictly = consequence.empty() ? "" : consequence + " (--strict)";
+  report.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
+                               [&](const ScanItem& item, const ScanSource& source)
+                               {
+                                 notes.look(item, source);
+                                 if (options.strict) requireUndamaged(source, strictly);
+                                 inserter.insert(item);
+                                 notes.inserted();
+                               });
+  if (options.strict)
+    for (const auto& source : sources) requireUndamaged(*source, strictly);
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.scans = inserter.tally();
+  if (const auto* learned = dynamic_cast<const CLearnedMap*>(&map)) report.rays = learned->rayCounts();
+  report.inputs = reportsOf(sources);
+
+  if (report.scans.usedCount() == 0)
+  {
+    if (report.stopped) return built;
+    throw std::runtime_error("not one usable scan" + consequence + reasonsOf(report));
+  }
+  for (const auto& found : {jointNotesOf(sources), notes.notes()})
+    report.notes.insert(report.notes.end(), found.begin(), found.end());
+  train(map, report.scans.usedCount(), consequence);
+  report.stopped = report.stopped || options.inputs.shouldStop();
+  return built;
+}
 }  // namespace
+
+BuiltMap buildInMemory(const BuildOptions& options, const ProgressSink& progress, const MapSink& prepare)
+{
+  BuildOptions unsaved = options;
+  unsaved.outPath.clear();
+  return build(unsaved, progress, prepare, "");
+}
 
 BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
 {
@@ -155,39 +207,8 @@ BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress)
   {
     const AtomicFile placeIsWritable(options.outPath);
   }
-  BuildReport report;
-  const CMetricMap::Ptr map = startingMap(options, report.notes);
-  const auto sources = openInputs(options.inputs);
-
-  report.mapClass = map->GetRuntimeClass()->className;
-  report.outPath = options.outPath;
-  const auto begin = std::chrono::steady_clock::now();
-  ScanInserter inserter(*map, options.strict);
-  BuildNotes notes(*map);
-  report.stopped = !visitScans(sources, options.inputs.shouldStop, progress,
-                               [&](const ScanItem& item, const ScanSource& source)
-                               {
-                                 notes.look(item, source);
-                                 if (options.strict) requireUndamaged(source);
-                                 inserter.insert(item);
-                                 notes.inserted();
-                               });
-  if (options.strict)
-    for (const auto& source : sources) requireUndamaged(*source);
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  report.scans = inserter.tally();
-  if (const auto* learned = dynamic_cast<const CLearnedMap*>(map.get())) report.rays = learned->rayCounts();
-  report.inputs = reportsOf(sources);
-
-  if (report.scans.usedCount() == 0)
-  {
-    if (report.stopped) return report;
-    throw std::runtime_error("not one usable scan; nothing is written" + reasonsOf(report));
-  }
-  for (const auto& found : {jointNotesOf(sources), notes.notes()})
-    report.notes.insert(report.notes.end(), found.begin(), found.end());
-  train(*map, report.scans.usedCount());
-  report.stopped = report.stopped || options.inputs.shouldStop();
+  auto [map, report] = build(options, progress, nullptr, "; nothing is written");
+  if (report.scans.usedCount() == 0) return report;
   save(map, options.outPath);
   report.saved = true;
   if (!isOctree(options.outPath) && std::dynamic_pointer_cast<mrpt::maps::COctoMap>(map))

@@ -6,6 +6,7 @@
 #include <lamap_tools/inputs/scan_loop.h>
 #include <lamap_tools/report/json.h>
 
+#include <functional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -48,6 +49,19 @@ struct BuildReport
  * @throws UsageError if the options do not go together; std::runtime_error naming the file and the reason if
  * something cannot be read or saved, or if there was not one usable scan: then nothing is written */
 BuildReport buildMap(const BuildOptions& options, const ProgressSink& progress = nullptr);
+
+/// A map in memory, and how it came about.
+struct BuiltMap
+{
+  mrpt::maps::CMetricMap::Ptr map;  ///< never null
+  BuildReport report;               ///< saved is false; stopped before the first usable scan: no scans
+};
+
+/** The same map, not saved; BuildOptions::outPath does not count.
+ * @param prepare  called with the map before the first scan
+ * @throws as buildMap() */
+[[nodiscard]] BuiltMap buildInMemory(const BuildOptions& options, const ProgressSink& progress = nullptr,
+                                     const std::function<void(mrpt::maps::CMetricMap&)>& prepare = nullptr);
 
 /// The report for people: what was used, what was left out and why, what could not be read.
 void printReport(const BuildReport& report, std::ostream& out);
