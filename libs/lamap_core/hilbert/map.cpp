@@ -169,11 +169,15 @@ void HilbertMap::train(unsigned threads) const
   if (!isStale()) return;
   const std::lock_guard<std::mutex> lock(learned_->training);
   if (!isStale()) return;
-  auto [frame, set] = learned_->kept.trainingSet(structure_);
-  auto model = MapModel::make(structure_);
-  model->learn(set, frame, learned_->lastInference, Workers(threads));
-  model->freeWorkspace();
-  learned_->model = std::move(model);
+  // Weights that are too small for their numbers are none: there may be nothing to learn.
+  if (learned_->kept.size() > 0)
+  {
+    auto [frame, set] = learned_->kept.trainingSet(structure_);
+    auto model = MapModel::make(structure_);
+    model->learn(set, frame, learned_->lastInference, Workers(threads));
+    model->freeWorkspace();
+    learned_->model = std::move(model);
+  }
   learned_->stale.store(false, std::memory_order_release);
 }
 

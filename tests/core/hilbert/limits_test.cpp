@@ -41,6 +41,37 @@ TEST(HilbertLimits, PointsThatCouldNotBeTrainedOnAreRefusedWhenTheyCome)
   EXPECT_TRUE(fewer.isStale());
 }
 
+// A weight below the smallest number that is stored is none: a map may have scans and nothing to learn from
+// them.
+TEST(HilbertLimits, WeightsThatAreTooSmallToCountAreNone)
+{
+  for (const HilbertStructure& structure : allHilbertStructures())
+    for (const HilbertPoints points : {HilbertPoints::Cells, HilbertPoints::Points})
+    {
+      SCOPED_TRACE(nameOf(structure));
+      HilbertInference inference;
+      inference.trainingPoints = points;
+      inference.hitWeight = inference.freeWeight = 1e-300;
+      RayFan fan;
+      fan.centre = {0.05, 0.05, 0.05};
+      fan.addReturn({0.55, 0.35, 0.25});
+      Scan scan;
+      scan.fans.push_back(fan);
+      HilbertMap map(structure);
+      EXPECT_EQ(map.insert(scan, inference, nullptr, 1).hits, 1u);
+      (void)map.logoddsAt({0.55, 0.35, 0.25});
+      EXPECT_FALSE(map.isStale());
+      map.visitCells(
+          {}, [](const CellIndex&, const CellEstimate&) {}, 1);
+      HilbertMap again(structure);
+      again.restore(map.state());
+      EXPECT_EQ(differenceOf(again.state(), map.state()), "");
+      inference.hitWeight = 2;
+      EXPECT_EQ(map.insert(scan, inference, nullptr, 1).hits, 1u);
+      EXPECT_GT(map.logoddsAt({0.55, 0.35, 0.25}), 0);
+    }
+}
+
 TEST(HilbertLimits, StatesThatNoMapCouldHaveAreRefused)
 {
   Random random(4);
