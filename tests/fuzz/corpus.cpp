@@ -101,20 +101,23 @@ void addMapFiles(Corpus& corpus)
                     {{"creationOpts.preset", "la3dm"}}});
   addMaps<CGPMap>(corpus, "gp_file",
                   {{}, {{"creationOpts.fusion", "bayes"}}, {{"creationOpts.preset", "thesis"}}});
-  // Hilbert maps compute every cell that they are asked for: large ones keep the maps small.
-  const std::pair<std::string, std::string> large("creationOpts.resolution", "0.25");
+  // Hilbert maps compute every cell that they are asked for: large ones, and narrow kernels, keep the maps
+  // small.
+  const std::pair<std::string, std::string> large("creationOpts.resolution", "0.5");
+  const std::pair<std::string, std::string> narrow("creationOpts.gamma", "30");
   addMaps<CHilbertMap>(corpus, "hilbert_file",
                        {{large},
                         {large, {"insertOpts.trainingPoints", "points"}},
                         {large,
                          {"creationOpts.training", "batch"},
                          {"creationOpts.features", "nystroem"},
+                         narrow,
                          {"creationOpts.components", "10"}},
                         {large, {"creationOpts.planar", "true"}}});
   addMaps<COverlappingHilbertMap>(
       corpus, "overlapping_file",
       {{large},
-       {large, {"creationOpts.features", "nystroem"}, {"creationOpts.components", "8"}},
+       {large, {"creationOpts.features", "nystroem"}, narrow, {"creationOpts.components", "8"}},
        {large, {"insertOpts.scansPerModel", "3"}},
        {large, {"creationOpts.keepModels", "false"}, {"creationOpts.planar", "true"}}});
 }
