@@ -91,6 +91,9 @@ class ModelFusion::Tile
     const ModelShape& shape = fusion_.shape_;
     const HilbertModel& model = *fusion_.model_;
     const float* logodds = logodds_.data() + (z * kEdge + y) * kEdge + x;
+    // Of most cells of a tile along a long ray, nothing is said.
+    const auto isReached = [&](float sum) { return !shape.compact() || sum != kUnreached; };
+    if (std::none_of(logodds, logodds + 4, isReached)) return;
     std::array<Eigen::Vector3d, 4> places;
     std::array<bool, 4> speaks{};
     for (size_t i = 0; i < 4; ++i)
@@ -99,7 +102,7 @@ class ModelFusion::Tile
                                          shape.planar ? 0.0 : first_[2] + z + 0.5);
       places[i] = fusion_.pose_.toModel(centre_cells * shape.resolution_m);
       if (shape.planar) places[i].z() = shape.flatHeight();
-      speaks[i] = (!shape.compact() || logodds[i] != kUnreached) && model.inBox(places[i], shape.planar);
+      speaks[i] = isReached(logodds[i]) && model.inBox(places[i], shape.planar);
     }
     if (!(speaks[0] || speaks[1] || speaks[2] || speaks[3])) return;
     const DepthView::Seen seen = model.seen(places);
