@@ -36,12 +36,22 @@ void check(const CLI::App& /*command*/, const QueryArguments& arguments)
     throw CLI::ValidationError("query", "give points with --at x,y,z or --points FILE");
 }
 
+/// @throws std::runtime_error if a file has no point. A pipe may have none, which is told.
+std::vector<mrpt::math::TPoint3D> pointsOf(const std::string& path)
+{
+  auto points = tools::readPointsFile(path);
+  if (!points.empty()) return points;
+  if (path != "-") throw std::runtime_error(path + ": holds no point; expected lines x,y,z");
+  std::cerr << "lamap: the standard input holds no point\n";
+  return points;
+}
+
 int query(QueryArguments& arguments)
 {
   std::vector<mrpt::math::TPoint3D> points;
   for (const std::string& text : arguments.at) points.push_back(tools::parsePoint(text));
   const auto map = tools::openCellMap(arguments.map);
-  if (!arguments.pointsFile.empty()) points = tools::readPointsFile(arguments.pointsFile);
+  if (!arguments.pointsFile.empty()) points = pointsOf(arguments.pointsFile);
   if (arguments.json)
     print(tools::answersJson(*map, points));
   else

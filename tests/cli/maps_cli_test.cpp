@@ -52,6 +52,13 @@ TEST_F(MapCommands, QueryAnswersEveryPointInItsOrder)
   EXPECT_EQ(answers[0]["state"], "occupied");
   EXPECT_EQ(answers[1]["state"], "free");
   ASSERT_EQ(run("query $/a.lamap.gz --points - "), 0) << "an empty input has no points";
+  EXPECT_NE(err_.find("the standard input holds no point"), std::string::npos) << err_;
+  for (const char* empty : {"", "x,y,z\n", "# nothing\n\n"})
+  {
+    folder_.write("empty.csv", empty);
+    EXPECT_EQ(run("query $/a.lamap.gz --points $/empty.csv"), 1) << empty;
+    EXPECT_NE(err_.find("empty.csv: holds no point"), std::string::npos) << err_;
+  }
 }
 
 TEST_F(MapCommands, MrptIsLoadedOnlyWhereACommandIsRun)

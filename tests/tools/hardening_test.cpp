@@ -59,6 +59,7 @@ TEST(OctreeLimits, TooManyCellsAreNotReadOneByOne)
     catch (const std::runtime_error& error)
     {
       EXPECT_NE(std::string(error.what()).find("LAMAP_MAX_CELLS"), std::string::npos) << error.what();
+      EXPECT_EQ(std::string(error.what()).rfind(folder / "leaf.bt: ", 0), 0u) << error.what();
     }
     EXPECT_EQ(visited, 0u);
   }

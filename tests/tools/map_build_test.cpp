@@ -2,18 +2,24 @@
 #include <lamap_mrpt/files/map_file.h>
 #include <lamap_mrpt/maps/CBGKMap.h>
 #include <lamap_tools/cells/cell_map.h>
+#include <lamap_tools/commands/log_info.h>
 #include <lamap_tools/commands/map_build.h>
 #include <lamap_tools/files/usage_error.h>
 #include <lamap_tools/report/counted.h>
 #include <lamap_tools/report/progress_bar.h>
 #include <mrpt/maps/COctoMap.h>
+#include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservationComment.h>
 #include <mrpt/obs/CObservationPointCloud.h>
+#include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/poses/CPose3DPDFGaussian.h>
 #include <octomap/OcTree.h>
 
 #include <algorithm>
+#include <limits>
 #include <memory>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -258,6 +264,78 @@ TEST(Build, CountsWhatItLeavesOutAndWhy)
   const auto json = reportJson(report);
   EXPECT_EQ(json["left_out"].size(), 3U);
   EXPECT_EQ(json["scans"], 1);
+  for (const auto& left : json["left_out"])
+  {
+    EXPECT_EQ(left["first"]["input"], folder / "a.rawlog");
+    const bool isLast = left["reason"] == "it lies before the first or after the last pose";
+    EXPECT_EQ(left["first"]["number"], isLast ? 4 : left["kind"] == "CObservationComment" ? 2 : 3) << left;
+    EXPECT_NEAR(left["first"]["time"].get<double>(), mrpt::Clock::toDouble(at(isLast ? 7 : 0.5)), 1e-3);
+  }
+  EXPECT_NE(text.str().find("last pose (number 4 of " + (folder / "a.rawlog") + ", at "), std::string::npos)
+      << text.str();
+}
+
+/// Four scans, those of the numbers in the list (from 0) from a pose that is not finite.
+void writeMapWithBadPoses(const std::string& path, const std::set<int>& bad, double value)
+{
+  mrpt::maps::CSimpleMap map;
+  for (int i = 0; i < 4; ++i)
+  {
+    auto frame = mrpt::obs::CSensoryFrame::Create();
+    frame->insert(laser(at(i)));
+    const double x = bad.count(i) > 0 ? value : 0.1 * i;
+    map.insert(mrpt::poses::CPose3DPDFGaussian::Create(mrpt::poses::CPose3D(x, 0, 0, 0, 0, 0)), frame);
+  }
+  ASSERT_TRUE(map.saveToFile(path));
+}
+
+TEST(Build, APoseThatIsNotFiniteIsNamedAndStrictlyAnError)
+{
+  for (const double value :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+    for (const std::string kind : {"bgkMap", "gpMap", "hilbertMap", "overlappingHilbertMap", "octoMap"})
+    {
+      SCOPED_TRACE(kind);
+      const TemporaryFolder folder;
+      writeMapWithBadPoses(folder / "a.simplemap", {1, 3}, value);
+      BuildOptions options =
+          optionsFor(kind, {folder / "a.simplemap"}, folder / (kind == "octoMap" ? "a.ot" : "a.lamap.gz"));
+      const auto report = buildMap(options);
+      EXPECT_EQ(report.scans.usedCount(), 2U);
+      EXPECT_EQ(report.scans.failed, 2U);
+      std::ostringstream text;
+      printReport(report, text);
+      const std::string place = "number 2 of " + (folder / "a.simplemap") + ", at ";
+      EXPECT_NE(text.str().find(
+                    "left out: 2 CObservation2DRangeScan: its pose is NaN or infinite (the first: " + place),
+                std::string::npos)
+          << text.str();
+      options.strict = true;
+      try
+      {
+        (void)buildMap(options);
+        FAIL() << "a scan without a place is used";
+      }
+      catch (const std::runtime_error& error)
+      {
+        EXPECT_NE(std::string(error.what()).find(place), std::string::npos) << error.what();
+      }
+    }
+}
+
+TEST(Info, APoseThatIsNotFiniteIsToldAndNotOnTheWay)
+{
+  const TemporaryFolder folder;
+  writeMapWithBadPoses(folder / "a.simplemap", {0, 2}, std::numeric_limits<double>::quiet_NaN());
+  InputOptions inputs;
+  inputs.paths = {folder / "a.simplemap"};
+  const Json json = logInfoJson(readLogInfo(inputs));
+  ASSERT_EQ(json["build"]["left_out"].size(), 1U) << json;
+  EXPECT_EQ(json["build"]["left_out"][0]["reason"], "its pose is NaN or infinite");
+  EXPECT_EQ(json["build"]["left_out"][0]["count"], 2);
+  EXPECT_EQ(json["build"]["left_out"][0]["first"]["number"], 1);
+  EXPECT_EQ(json["build"]["scans"], 2);
+  EXPECT_NEAR(json["poses"]["path"]["length"].get<double>(), 0.2, 1e-6) << json["poses"];
 }
 
 TEST(Build, WithoutAUsableScanNothingIsWritten)

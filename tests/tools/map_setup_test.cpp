@@ -260,6 +260,18 @@ TEST(StockConfig, NamesWhatTheApplicationWouldIgnore)
   expectWords(changed("App_bgkMap_00_insertOpts", "Apq_bgkMap_00_insertOpts"), {"Apq_bgkMap", "App_bgkMap"});
   expectWords(changed("App_bgkMap_00_insertOpts", "App_bgkMap_00_insrtOpts"), {"insrtOpts", "insertOpts"});
   expectWords("", {"asks for none"});
+  // Those of `lamap build`, and of another application.
+  expectWords(changed("App_bgkMap_00_insertOpts", "map_bgkMap_00_insertOpts"),
+              {"[map_bgkMap_00_insertOpts]", "not read", "[App_bgkMap_00_insertOpts]"});
+  expectWords(kApplication + "[MAP_gpMap_00_insertOpts]\nmaxRange=3\n",
+              {"[MAP_gpMap_00_insertOpts]", "not read"});
+  expectWords(kApplication + "[map_lamap::CBGKMap_00_insertOpts]\nmaxRange=3\n",
+              {"[map_lamap::CBGKMap_00_insertOpts]", "not read"});
+  // One file of two applications, or of one that is told to have no such map for now.
+  for (const char* count : {"0", "1"})
+    EXPECT_EQ(stockComplaint(folder, kApplication + "[Two]\nbgkMap_count=" + count +
+                                         "\n[Two_bgkMap_00_insertOpts]\nmaxRange=3\n"),
+              "");
 }
 
 TEST(Plugin, IsTheLibraryThisProgramRunsWith)

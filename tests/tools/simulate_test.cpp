@@ -646,6 +646,20 @@ TEST_F(Simulated, RefusesWhatCannotBeAndWritesNothing)
   expectRefused([&](auto& o) { o.truthPaths = {folder_ / "a.txt"}; }, ".csv or .bt");
   expectRefused([&](auto& o) { o.truthPaths = {folder_ / "a.csv", folder_ / "a.csv"}; }, "twice");
   expectRefused([](auto& o) { o.scans = 0; }, "--scans 0");
+  // Before any work, with what it would need.
+  for (const std::string at : {"", "2,2,0.5"})
+  {
+    const auto many = [&](int scans, const std::string& sensor, const std::string& format)
+    {
+      return [=](SimulateOptions& o)
+      { o.scans = scans, o.sensor = sensor, o.standAt = at, o.outPath = folder_ / ("a." + format); };
+    };
+    expectRefused(many(100'000'000, "sector-laser", "rawlog"),
+                  "--scans 100000000: a log has at most 10000000 scans");
+    expectRefused(many(2'000'000'000, "sonar", "rawlog"), "10000000 pings");
+    expectRefused(many(5'000'000, "pan-tilt-laser", "rawlog"), "rays, which a log needs some");
+    expectRefused(many(1'000'000, "sector-laser", "simplemap"), "because it is held in memory");
+  }
   for (const double bad : {0.0, -0.1, std::nan(""), HUGE_VAL})
     expectRefused([&](auto& o) { o.resolution_m = bad; }, "--resolution");
   expectRefused([](auto& o) { o.truthDepth_m = 0; }, "--truth-depth 0");

@@ -181,12 +181,14 @@ OpenedMap openMap(const std::string& path)
   if (isOctomapFile(path))
   {
     opened.cells = readOctomapFile(path);
+    opened.cells->setPath(path);
     return opened;
   }
   MapFile file = readMapFile(path);
   opened.formatVersion = static_cast<int8_t>(file.version);
   opened.map = std::move(file.map);
   opened.cells = cellsOf(opened.map);
+  if (opened.cells) opened.cells->setPath(path);
   return opened;
 }
 
@@ -231,9 +233,9 @@ void visitCellsOfLeaves(const CellMap& octree, const CellMap::CellVisitor& visit
       });
   if (const double most = mostCellsOf(leaves); cells > most)
     throw std::runtime_error(mrpt::format(
-        "the octree's leaves, %.0f in all, stand for %.3g finest cells; no more than %.3g are read one "
+        "%sthe octree's leaves, %.0f in all, stand for %.3g finest cells; no more than %.3g are read one "
         "by one from so few leaves, a limit that the environment variable LAMAP_MAX_CELLS raises",
-        leaves, cells, most));
+        octree.path().empty() ? "" : (octree.path() + ": ").c_str(), leaves, cells, most));
   octree.visitLeaves(
       [&](const CellIndex& first, int edge, const CellEstimate& estimate)
       {

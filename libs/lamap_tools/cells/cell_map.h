@@ -44,6 +44,13 @@ class CellMap
   {
     visitCells([&](const CellIndex& cell, const CellEstimate& estimate) { visitor(cell, 1, estimate); });
   }
+
+  /// The file that it was read from, for messages; empty: none.
+  [[nodiscard]] const std::string& path() const { return path_; }
+  void setPath(std::string path) { path_ = std::move(path); }
+
+ private:
+  std::string path_;
 };
 
 /// A map file, read.
@@ -71,9 +78,9 @@ struct OpenedMap
 [[nodiscard]] std::unique_ptr<CellMap> cellsOf(const mrpt::maps::CMetricMap::Ptr& map);
 
 /** Calls a visitor for each cell of an octree's leaves.
- * @throws std::runtime_error before any call, naming the count, if they stand for more finest cells than are
- * read one by one: 2^20 and 256 for each leaf, no more than 2^28, or what the environment variable
- * LAMAP_MAX_CELLS says. */
+ * @throws std::runtime_error before any call, naming the file and the count, if they stand for more finest
+ * cells than are read one by one: 2^20 and 256 for each leaf, no more than 2^28, or what the environment
+ * variable LAMAP_MAX_CELLS says. */
 void visitCellsOfLeaves(const CellMap& octree, const CellMap::CellVisitor& visitor);
 
 /// @throws std::runtime_error naming a resolution that no cells are read with: 1e-6 to 1e6 m are legal

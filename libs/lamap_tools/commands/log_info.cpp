@@ -69,8 +69,11 @@ class LogReader
 
   void read(const ObservedScan& scan)
   {
-    const bool isUsable = readObservation(*scan.observation, scan.robotPose_map);
-    if (isUsable) ++tally_.used[shortClassName(*scan.observation)];
+    const std::string againstPose = reasonAgainstPose(scan);
+    const std::string reason =
+        readObservation(*scan.observation, againstPose.empty() ? scan.robotPose_map : mrpt::poses::CPose3D());
+    count(shortClassName(*scan.observation), againstPose.empty() ? reason : againstPose, scan.place);
+    if (!againstPose.empty()) return;
     const auto& pose = scan.robotPose_map;
     poses_.push_back({scan.observation->timestamp, {pose.x(), pose.y(), pose.z()}});
   }
@@ -87,16 +90,19 @@ class LogReader
     else
       ++sensor.withoutTime;
     const bool isUsable = readRays(scan.scan, sensor);
-    count(scan.kind, isUsable ? "" : "it holds no point that can be used");
+    const std::string againstPose = reasonAgainstPose(scan);
+    const std::string reason = isUsable ? "" : "it holds no point that can be used";
+    count(scan.kind, againstPose.empty() ? reason : againstPose, scan.place);
+    if (!againstPose.empty()) return;
     const Eigen::Vector3d origin = scan.scan.inMap(scan.scan.fans.at(0).centre);
     poses_.push_back({scan.time.value_or(INVALID_TIMESTAMP), origin});
   }
 
   void read(const LeftOutScan& scan)
   {
-    ++tally_.leftOut[{scan.kind, scan.reason}];
+    tally_.leaveOut(scan.kind, scan.reason, scan.place);
     // Its readings are worth a look wherever they were made.
-    if (scan.observation) (void)readObservation(*scan.observation, {}, /*isLeftOut=*/true);
+    if (scan.observation) (void)readObservation(*scan.observation, {});
   }
 
   SensorInfo& sensorOf(const std::string& name, const std::string& className)
@@ -107,9 +113,9 @@ class LogReader
     return sensor;
   }
 
-  /// @return whether a map can use it
-  bool readObservation(const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& robotPose,
-                       bool isLeftOut = false)
+  /// @return why a map cannot use it; empty if it can
+  std::string readObservation(const mrpt::obs::CObservation& observation,
+                              const mrpt::poses::CPose3D& robotPose)
   {
     const std::string className = shortClassName(observation);
     SensorInfo& sensor = sensorOf(sensorNameOf(observation), className);
@@ -123,9 +129,7 @@ class LogReader
     }
     const double aperture_rad = statedApertureOf(observation);
     if (apertureNote("", "", aperture_rad)) sensor.illegalAperture_rad = aperture_rad;
-    const std::string reason = reasonAgainst(observation, robotPose, sensor);
-    if (!isLeftOut && !reason.empty()) ++tally_.leftOut[{className, reason}];
-    return reason.empty();
+    return reasonAgainst(observation, robotPose, sensor);
   }
 
   /// @return why a map cannot use it; empty if it can
@@ -157,12 +161,12 @@ class LogReader
     return returns + look.count(RayEnd::NoReturn) > 0;
   }
 
-  void count(const std::string& kind, const std::string& reason)
+  void count(const std::string& kind, const std::string& reason, const ScanPlace& place)
   {
     if (reason.empty())
       ++tally_.used[kind];
     else
-      ++tally_.leftOut[{kind, reason}];
+      tally_.leaveOut(kind, reason, place);
   }
 
   static void include(Time time, std::optional<TimeSpan>& span)
@@ -435,9 +439,7 @@ Json logInfoJson(const LogInfo& info)
   json["poses"] = {{"notes", info.poses}, {"odometry", info.posesAreOdometry}};
   json["poses"]["path"] = info.robotPath ? pathJson(*info.robotPath) : Json(nullptr);
   json["build"] = {{"scans", info.build.usedCount()}, {"used", info.build.used}};
-  json["build"]["left_out"] = Json::array();
-  for (const auto& [what, count] : info.build.leftOut)
-    json["build"]["left_out"].push_back({{"kind", what.first}, {"reason", what.second}, {"count", count}});
+  json["build"]["left_out"] = leftOutJson(info.build);
   json["notes"] = info.notes;
   json["damages"] = info.input.damages;
   return json;

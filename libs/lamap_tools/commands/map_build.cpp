@@ -295,9 +295,7 @@ Json reportJson(const BuildReport& report)
                   {"outside", report.rays.outside}};
   json["notes"] = report.notes;
   json["failed"] = report.scans.failed;
-  json["left_out"] = Json::array();
-  for (const auto& [what, count] : report.scans.leftOut)
-    json["left_out"].push_back({{"kind", what.first}, {"reason", what.second}, {"count", count}});
+  json["left_out"] = leftOutJson(report.scans);
   json["inputs"] = Json::array();
   for (const InputReport& input : report.inputs)
     json["inputs"].push_back({{"path", input.path}, {"notes", input.notes}, {"damages", input.damages}});

@@ -19,6 +19,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
+#include <set>
 #include <stdexcept>
 
 namespace lamap::tools
@@ -106,6 +108,7 @@ class StockConfigCheck
     if (!count || *count > kMost)
       throw std::runtime_error("[" + section + "] " + key + " = " + text +
                                ": must be a whole number from 0 to 99");
+    counting_.insert(mrpt::system::lowerCase(section));
     if (*count > 0) requests_.push_back({section, map, *count});
   }
 
@@ -140,8 +143,35 @@ class StockConfigCheck
     const auto isOurs = [&](const Request& request)
     { return strStartsI(section, request.section + "_" + request.map + "_"); };
     const bool meantForOurs = std::any_of(requests_.begin(), requests_.end(), isOurs);
+    const auto prefix = prefixOfOurs(section);
+    const bool isCountedAsNone = !meantForOurs && prefix && counting_.count(*prefix) > 0;
+    if (isCountedAsNone) return;
     if (meantForOurs || (isNobodysMap(section) && looksLikeMistyped(section, nearest)))
       throw std::runtime_error("section [" + section + "] is not read; did you mean [" + nearest + "]?");
+    if (prefix) refuseOtherPrefix(section, *prefix, nearest);
+  }
+
+  /// What stands before "_NAME_", NAME one of our maps, in lower case; nothing where there is no such name.
+  [[nodiscard]] std::optional<std::string> prefixOfOurs(const std::string& section) const
+  {
+    const std::string lower = mrpt::system::lowerCase(section);
+    for (const std::string& name : ours_)
+      if (const size_t at = lower.find("_" + mrpt::system::lowerCase(name) + "_"); at != std::string::npos)
+        return lower.substr(0, at);
+    return std::nullopt;
+  }
+
+  /// A section of one of our maps whose prefix is of no section that counts them, such as the [map] of `lamap
+  /// build`.
+  [[noreturn]] void refuseOtherPrefix(const std::string& section, const std::string& prefix,
+                                      const std::string& nearest) const
+  {
+    const std::string meant = requests_.front().section + section.substr(prefix.size());
+    const bool isRead = std::any_of(readSections_.begin(), readSections_.end(),
+                                    [&](const std::string& other) { return strCmpI(meant, other); });
+    throw std::runtime_error("section [" + section + "] is not read, because no section [" +
+                             section.substr(0, prefix.size()) + "] counts such maps; did you mean [" +
+                             (isRead ? meant : nearest) + "]?");
   }
 
   /// Whether a section is neither a request's own nor one of a map that MRPT knows.
@@ -161,6 +191,7 @@ class StockConfigCheck
   std::vector<std::string> ours_;
   std::vector<std::string> sections_;
   std::vector<Request> requests_;
+  std::set<std::string> counting_;  ///< sections that count maps of ours, be it 0 of them; lower case
   std::vector<std::string> readSections_;
 };
 

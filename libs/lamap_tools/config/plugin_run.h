@@ -9,7 +9,8 @@ namespace lamap::tools
  * ignores what it does not know.
  *
  * Some section must count one of this library's maps (`bgkMap_count = 1`), and everything in the sections of
- * such maps must be read by their loader.
+ * such maps must be read by their loader; a section of such a map under the prefix of no section that counts
+ * them is refused.
  * @throws std::runtime_error naming the file, what is wrong and what would be right */
 void checkStockConfig(const std::string& path);
 

@@ -50,6 +50,18 @@ std::string nameOf(const ScanItem& item)
   return points == nullptr || points->name.empty() ? "" : points->name + ": ";
 }
 
+/// "COUNT KIND: REASON (the first: WHICH)" for each kind and reason.
+std::vector<std::string> linesOn(const InsertionTally& tally)
+{
+  std::vector<std::string> lines;
+  for (const auto& [what, scans] : tally.leftOut)
+  {
+    lines.push_back(std::to_string(scans.count) + " " + what.first + ": " + what.second);
+    if (const std::string first = textOf(scans.first); !first.empty())
+      lines.back() += (scans.count > 1 ? " (the first: " : " (") + first + ")";
+  }
+  return lines;
+}
 }  // namespace
 
 size_t InsertionTally::usedCount() const
@@ -65,16 +77,21 @@ void ScanInserter::insert(const ScanItem& item)
   std::string reason;
   try
   {
+    const std::string against = std::visit([](const auto& scan) { return reasonAgainstPose(scan); }, item);
+    if (!against.empty()) throw std::runtime_error(against);
     reason = std::visit([this](const auto& scan) { return tryInserting(scan); }, item);
   }
   catch (const std::exception& error)
   {
     const bool isMemory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
     reason = nameOf(item) + (isMemory ? "not enough memory" : compat::messageOf(error));
-    if (strict_) throw std::runtime_error(kind + ": " + reason);
+    if (strict_) throw std::runtime_error(kind + " " + textOf(placeOf(item)) + ": " + reason);
     ++tally_.failed;
   }
-  count(kind, reason);
+  if (reason.empty())
+    ++tally_.used[kind];
+  else
+    tally_.leaveOut(kind, reason, placeOf(item));
 }
 
 std::string ScanInserter::tryInserting(const ObservedScan& scan)
@@ -130,26 +147,35 @@ bool ScanInserter::insertPoints(const Scan& scan)
   return taken;
 }
 
-void ScanInserter::count(const std::string& kind, const std::string& reason)
+void InsertionTally::leaveOut(const std::string& kind, const std::string& reason, const ScanPlace& place)
 {
-  if (reason.empty())
-    ++tally_.used[kind];
-  else
-    ++tally_.leftOut[{kind, reason}];
+  LeftOutScans& scans = leftOut[{kind, reason}];
+  if (scans.count++ == 0) scans.first = place;
 }
 
 void printLeftOut(const InsertionTally& tally, std::ostream& out, const std::string& who)
 {
-  for (const auto& [what, count] : tally.leftOut)
-    out << "  " << who << "left out: " << count << " " << what.first << ": " << what.second << "\n";
+  for (const std::string& line : linesOn(tally)) out << "  " << who << "left out: " << line << "\n";
 }
 
 std::string reasonsOf(const InsertionTally& tally, const std::string& separator)
 {
   std::string reasons;
-  for (const auto& [what, count] : tally.leftOut)
-    reasons += separator + std::to_string(count) + " " + what.first + ": " + what.second;
+  for (const std::string& line : linesOn(tally)) reasons += separator + line;
   return reasons;
+}
+
+Json leftOutJson(const InsertionTally& tally)
+{
+  Json list = Json::array();
+  for (const auto& [what, scans] : tally.leftOut)
+  {
+    const ScanPlace& first = scans.first;
+    list.push_back({{"kind", what.first}, {"reason", what.second}, {"count", scans.count}});
+    list.back()["first"] = {{"input", first.input}, {"number", first.number}};
+    list.back()["first"]["time"] = first.time ? Json(mrpt::Clock::toDouble(*first.time)) : Json(nullptr);
+  }
+  return list;
 }
 
 }  // namespace lamap::tools

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <lamap_tools/inputs/scan_source.h>
+#include <lamap_tools/report/json.h>
 #include <mrpt/maps/CMetricMap.h>
 
 #include <map>
@@ -10,22 +11,35 @@
 
 namespace lamap::tools
 {
+/// Scans that were not used for the same reason.
+struct LeftOutScans
+{
+  size_t count = 0;
+  ScanPlace first;
+};
+
 /// What became of the scans.
 struct InsertionTally
 {
   std::map<std::string, size_t> used;  ///< by kind: the observation's class, "PCD file", …
   /// By kind and reason.
-  std::map<std::pair<std::string, std::string>, size_t> leftOut;
+  std::map<std::pair<std::string, std::string>, LeftOutScans> leftOut;
   size_t failed = 0;  ///< of those left out, how many could not be read or learned
 
   [[nodiscard]] size_t usedCount() const;
+  void leaveOut(const std::string& kind, const std::string& reason, const ScanPlace& place);
 };
 
-/// Why scans were not used: "  left out: COUNT KIND: REASON" per line. @param who  is named before it
+/// Why scans were not used: "  left out: COUNT KIND: REASON (the first: WHICH)" per line. @param who  is
+/// named before it
 void printLeftOut(const InsertionTally& tally, std::ostream& out, const std::string& who = "");
 
 /// The same for an error, each after the separator: lines of their own.
 [[nodiscard]] std::string reasonsOf(const InsertionTally& tally, const std::string& separator = "\n  ");
+
+/// The same as a list of {"kind", "reason", "count", "first": {"input", "number", "time" (s since 1970, or
+/// null)}}.
+[[nodiscard]] Json leftOutJson(const InsertionTally& tally);
 
 /** Inserts scans into any map and counts them. The map must outlive it.
  *
@@ -52,8 +66,6 @@ class ScanInserter
   [[nodiscard]] std::string tryInserting(const PointScan& scan);
   [[nodiscard]] std::string tryInserting(const LeftOutScan& scan) { return scan.reason; }
   [[nodiscard]] bool insertPoints(const Scan& scan);
-  void count(const std::string& kind, const std::string& reason);
-
   mrpt::maps::CMetricMap& map_;
   bool strict_;
   InsertionTally tally_;

@@ -1,6 +1,7 @@
 #include <lamap_tools/inputs/scan_source.h>
 
 #include <lamap_mrpt/compat/mrpt_compat.h>
+#include <lamap_mrpt/observations/isometry.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/text_fields.h>
 #include <lamap_tools/files/usage_error.h>
@@ -11,6 +12,7 @@
 #include <lamap_tools/inputs/rawlog_source.h>
 #include <lamap_tools/inputs/simple_map_file.h>
 #include <lamap_tools/report/counted.h>
+#include <mrpt/core/format.h>
 #include <mrpt/img/CImage.h>
 #include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/obs/CRawlog.h>
@@ -77,6 +79,7 @@ InputKind kindOf(const std::string& path)
 }
 
 constexpr const char* kGraphScan = "graph scan";
+constexpr const char* kBadPose = "its pose is NaN or infinite";
 
 class SimpleMapSource : public ScanSource
 {
@@ -164,11 +167,48 @@ void requireFittingOptions(const InputOptions& options, const std::vector<InputK
 }
 }  // namespace
 
+std::string textOf(const ScanPlace& place)
+{
+  if (place.number == 0) return "";
+  std::string text = "number " + std::to_string(place.number) + " of " + place.input;
+  if (place.time) text += mrpt::format(", at %.3f s since 1970", mrpt::Clock::toDouble(*place.time));
+  return text;
+}
+
+const ScanPlace& placeOf(const ScanItem& item)
+{
+  return std::visit([](const auto& scan) -> const ScanPlace& { return scan.place; }, item);
+}
+
+std::string reasonAgainstPose(const ObservedScan& scan)
+{
+  return isometryOf(scan.robotPose_map).matrix().allFinite() ? "" : kBadPose;
+}
+
+std::string reasonAgainstPose(const PointScan& scan)
+{
+  return scan.scan.sensorPose_map.matrix().allFinite() ? "" : kBadPose;
+}
+
+namespace
+{
+std::optional<mrpt::Clock::time_point> timeOf(const ScanItem& item)
+{
+  if (const auto* points = std::get_if<PointScan>(&item)) return points->time;
+  const auto* observed = std::get_if<ObservedScan>(&item);
+  const auto& observation =
+      observed != nullptr ? observed->observation : std::get<LeftOutScan>(item).observation;
+  if (!observation || observation->timestamp == INVALID_TIMESTAMP) return std::nullopt;
+  return observation->timestamp;
+}
+}  // namespace
+
 std::optional<ScanItem> ScanSource::next()
 {
   while (auto item = nextOfAll())
   {
     ++readItems_;
+    std::visit([this, time = timeOf(*item)](auto& scan) { scan.place = {path_, readItems_, time}; }, *item);
     if (!chooser_ || isChosen(*item)) return item;
     if (shouldStop_()) return std::nullopt;
   }

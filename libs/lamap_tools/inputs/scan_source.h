@@ -19,6 +19,16 @@
 
 namespace lamap::tools
 {
+/// Which scan of its input one is, for reports.
+struct ScanPlace
+{
+  std::string input;  ///< the path as it was given
+  size_t number = 0;  ///< among all items of the input, chosen or not, from 1; 0: not known
+  std::optional<mrpt::Clock::time_point> time{};  ///< where the input states one
+};
+/// "number 5 of log.rawlog, at 12.500 s since 1970"; empty where it is not known
+[[nodiscard]] std::string textOf(const ScanPlace& place);
+
 /// An observation and where the robot was.
 struct ObservedScan
 {
@@ -26,6 +36,7 @@ struct ObservedScan
   mrpt::poses::CPose3D robotPose_map;
   mrpt::poses::CPose3DPDF::ConstPtr
       uncertainPose_map{};  ///< the same pose with its covariance; null: not known
+  ScanPlace place{};
 };
 
 /// Rays that no observation of MRPT holds.
@@ -35,6 +46,7 @@ struct PointScan
   Scan scan;
   std::optional<mrpt::Clock::time_point> time{};  ///< where its file states one
   std::string name{};                             ///< of its file, where it has one to itself
+  ScanPlace place{};
 };
 
 /// Something that is not inserted, and why.
@@ -43,9 +55,21 @@ struct LeftOutScan
   std::string kind;
   std::string reason;
   mrpt::obs::CObservation::Ptr observation{};  ///< null: it is not an observation
+  ScanPlace place{};
 };
 
 using ScanItem = std::variant<ObservedScan, PointScan, LeftOutScan>;
+
+/// Which scan of its input it is.
+[[nodiscard]] const ScanPlace& placeOf(const ScanItem& item);
+
+/// @return why the pose that a scan was made from cannot be used; empty if it can
+[[nodiscard]] std::string reasonAgainstPose(const ObservedScan& scan);
+[[nodiscard]] std::string reasonAgainstPose(const PointScan& scan);
+[[nodiscard]] inline std::string reasonAgainstPose(const LeftOutScan& /*scan*/)
+{
+  return "";
+}
 
 /// An object's class without its namespace, for reports.
 [[nodiscard]] std::string shortClassName(const mrpt::rtti::CObject& object);

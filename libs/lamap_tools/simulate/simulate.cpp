@@ -94,6 +94,28 @@ Motion motionFor(const SimulateOptions& options, const SensorModel& sensor)
   return quick ? Motion::Driving : Motion::Stops;
 }
 
+/// @throws UsageError, before any work, if the log would be hopelessly large
+void requireLogOfSensibleSize(const SimulateOptions& options, const SensorModel& sensor, double scans)
+{
+  constexpr double kMostShots = 1e7;  // each has a pose that is kept
+  constexpr double kMostRays = 1e10;  // some 100 GB
+  constexpr double kMostRaysInMemory = 1e9;
+  const double shots = scans * sensor.pingsPerScan;
+  const double rays =
+      sensor.kind == SensorKind::Sonar ? shots : scans * static_cast<double>(sensor.beams.size());
+  const std::string asked = options.scans ? "--scans " + std::to_string(*options.scans)
+                                          : counted(static_cast<size_t>(scans), "scan");
+  if (shots > kMostShots)
+    throw UsageError(mrpt::format("%s: a log has at most %.0f %s", asked.c_str(), kMostShots,
+                                  sensor.kind == SensorKind::Sonar ? "pings" : "scans"));
+  const bool inMemory = endsWith(options.outPath, ".simplemap");
+  if (const double most = inMemory ? kMostRaysInMemory : kMostRays; rays > most)
+    throw UsageError(mrpt::format(
+        "%s: a %s sends %.3g rays, which a log needs some %.3g GB for; a %s has at most %.0e rays%s",
+        asked.c_str(), sensor.name.c_str(), rays, rays * 12e-9, inMemory ? ".simplemap" : ".rawlog", most,
+        inMemory ? ", because it is held in memory" : ""));
+}
+
 /// "x,y,z" or "x,y,z,yaw".
 Pose poseFromText(const std::string& text)
 {
@@ -159,6 +181,7 @@ std::vector<Pose> posesFromFile(const SimulateOptions& options, const SensorMode
                        counted(poses.size(), "pose"));
     poses.resize(count);
   }
+  requireLogOfSensibleSize(options, sensor, static_cast<double>(poses.size()));
   return poses;
 }
 
@@ -170,6 +193,7 @@ bool isMotionName(const std::string& trajectory)
 /// The true poses of the sensor, one a shot.
 std::vector<Pose> shotsFor(const SimulateOptions& options, const World& world, const SensorModel& sensor)
 {
+  if (isMotionName(options.trajectory)) requireLogOfSensibleSize(options, sensor, scansFor(options, sensor));
   if (!options.standAt.empty())
   {
     if (!options.trajectory.empty()) throw UsageError("--at and --trajectory: name one of them");
