@@ -1,4 +1,5 @@
 #include <lamap_python/released_gil.h>
+#include <pthread.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -48,6 +49,8 @@ HeldGil::HeldGil() : held_(takenGil()) {}
 
 void watchEndOfInterpreter()
 {
+  // A child that is forked has only the thread that forked it, which holds the GIL.
+  pthread_atfork(nullptr, nullptr, [] { waiting = 0; });
   // Python calls this before it unwinds threads, and when all but daemon threads are gone.
   py::module_::import("atexit").attr("register")(py::cpp_function(
       []

@@ -42,6 +42,20 @@ if(count GREATER 580 OR NOT output MATCHES "vtable for lamap::CBGKMap\n" OR outp
   message(FATAL_ERROR "libmrpt-lamap.so shows ${count} symbols of namespace lamap, or the wrong ones:\n${output}")
 endif()
 
+# The Python module works from where it is now, and its stubs are beside it.
+if(PYTHON)
+  file(GLOB module ${prefix}/${PYTHON_DIR}/lamap.*.so)
+  if(NOT module OR NOT EXISTS ${prefix}/${PYTHON_DIR}/lamap.pyi)
+    message(FATAL_ERROR "No Python module, or no stubs, were installed to ${prefix}/${PYTHON_DIR}")
+  endif()
+  file(MAKE_DIRECTORY ${WORK_DIR}/python)
+  run(${CMAKE_COMMAND} -E chdir ${WORK_DIR}/python ${CMAKE_COMMAND} -E env PYTHONPATH=${prefix}/${PYTHON_DIR}
+    ${PYTHON} -B ${share}/examples/python/first_map.py)
+  foreach(map bgkMap gpMap hilbertMap overlappingHilbertMap)
+    run(${prefix}/${BIN_DIR}/lamap info ${WORK_DIR}/python/${map}.lamap.gz)
+  endforeach()
+endif()
+
 file(GLOB ini_files ${share}/ini/*/*.ini)
 if(NOT ini_files)
   message(FATAL_ERROR "No .ini file was installed to ${share}/ini")

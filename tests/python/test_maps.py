@@ -49,6 +49,13 @@ def test_query_answers_as_the_tool(kind, built, tool):
         np.testing.assert_array_equal(np.tile(answer.prob, 40), map.query(np.tile(points, (40, 1))).prob)
 
 
+def test_places_that_no_cell_has_are_unobserved(kind, wall):
+    map = kind()
+    map.insert(wall)
+    answer = map.query([[np.nan, 0, 0], [0, np.inf, 0], [1e300, 0, 0], [3, 0, 0]])
+    assert list(answer.state) == [State.UNOBSERVED] * 3 + [State.OCCUPIED]
+
+
 def test_one_point_gives_numbers(wall):
     map = lamap.BGKMap()
     map.insert(wall)

@@ -74,8 +74,23 @@ def test_a_daemon_thread_may_work_while_the_interpreter_ends():
 
 def test_a_forked_child_can_use_maps():
     code = MAKE + (
-        "import os\nchild = os.fork()\nif child == 0:\n    map.threads = 1\n    map.insert(np.eye(3) * 2)\n"
-        "    os._exit(0 if map.query([2, 0, 0]).state == 2 else 1)\nassert os.waitpid(child, 0)[1] == 0\n"
+        "import os\nmap.query(np.zeros((50000, 3)))\nchild = os.fork()\nif child == 0:\n"
+        "    map.insert(np.eye(3) * 2)\n    assert (map.query(np.eye(3)[[0] * 50000] * 2).state == 2).all()\n"
+        "else:\n    assert os.waitpid(child, 0)[1] == 0\n"
+    )
+    for _ in range(3):
+        ended = run(code)
+        assert ended.returncode == 0, ended.stderr
+
+
+def test_a_child_that_is_forked_among_working_threads_ends():
+    code = "import os, threading\n" + MAKE + (
+        "map.threads = 1\nstop = threading.Event()\n"
+        "def work():\n    while not stop.is_set():\n        map.query(np.zeros((5000, 3)))\n"
+        "threads = [threading.Thread(target=work) for _ in range(3)]\n"
+        "for thread in threads:\n    thread.start()\n"
+        "for _ in range(3):\n    child = os.fork()\n    if child == 0:\n        break\n"
+        "    assert os.waitpid(child, 0)[1] == 0\nstop.set()\n"
     )
     ended = run(code)
     assert ended.returncode == 0, ended.stderr
