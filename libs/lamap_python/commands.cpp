@@ -16,6 +16,7 @@
 #include <chrono>
 #include <exception>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -230,8 +231,9 @@ void tellReport(const tools::BuildReport& report)
     for (const std::string& note : input.notes) messages.emplace_back(20, input.path + ": " + note);
     for (const std::string& damage : input.damages) warn(input.path + ": cut short or damaged: " + damage);
   }
-  for (const auto& [what, count] : report.scans.leftOut)
-    messages.emplace_back(20, "left out: " + std::to_string(count) + " " + what.first + ": " + what.second);
+  std::stringstream leftOut;
+  tools::printLeftOut(report.scans, leftOut);
+  for (std::string line; std::getline(leftOut >> std::ws, line);) messages.emplace_back(20, line);
   logMessages(messages);
 }
 
