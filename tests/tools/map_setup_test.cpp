@@ -267,6 +267,11 @@ TEST(StockConfig, NamesWhatTheApplicationWouldIgnore)
               {"[MAP_gpMap_00_insertOpts]", "not read"});
   expectWords(kApplication + "[map_lamap::CBGKMap_00_insertOpts]\nmaxRange=3\n",
               {"[map_lamap::CBGKMap_00_insertOpts]", "not read"});
+  expectWords(
+      "[MappingApplication]\nbgkMap_count=1\n[map_bgkMap_00_insertOpts]\nmaxRange=3\n",
+      {"[map_bgkMap_00_insertOpts]", "no section [map] counts", "[MappingApplication_bgkMap_00_insertOpts]"});
+  expectWords(kApplication + "[LocalizationOfARobot_gpMap_00_insertOpts]\nmaxRange=3\n",
+              {"[LocalizationOfARobot_gpMap_00_insertOpts]", "no section [LocalizationOfARobot] counts"});
   // One file of two applications, or of one that is told to have no such map for now.
   for (const char* count : {"0", "1"})
     EXPECT_EQ(stockComplaint(folder, kApplication + "[Two]\nbgkMap_count=" + count +

@@ -31,16 +31,21 @@ using mrpt::system::strCmpI;
 using mrpt::system::strStartsI;
 
 /// Names by which an .ini file may ask for one of our maps, the aliases first.
-std::vector<std::string> ourNames()
+const std::vector<std::string>& ourNames()
 {
-  std::vector<std::string> names;
-  for (const std::string& name : registeredMapNames())
-    if (isLearnedMap(name)) names.push_back(name);
-  // Aliases begin with a small letter, class names with a capital or their namespace.
-  std::stable_partition(names.begin(), names.end(),
-                        [](const std::string& name)
-                        { return name.find(':') == std::string::npos && std::islower(name.front()) != 0; });
-  return names;
+  // Found once: a map of each class is made for it.
+  static const std::vector<std::string> kNames = []
+  {
+    std::vector<std::string> names;
+    for (const std::string& name : registeredMapNames())
+      if (isLearnedMap(name)) names.push_back(name);
+    // Aliases begin with a small letter, class names with a capital or their namespace.
+    std::stable_partition(names.begin(), names.end(),
+                          [](const std::string& name)
+                          { return name.find(':') == std::string::npos && std::islower(name.front()) != 0; });
+    return names;
+  }();
+  return kNames;
 }
 
 bool isRegistered(const std::string& name)
@@ -221,7 +226,7 @@ void checkStockConfig(const std::string& path)
   try
   {
     StockConfigCheck(path).run();
-    const std::vector<std::string> ours = ourNames();
+    const std::vector<std::string>& ours = ourNames();
     requireAssignments(path,
                        [&](const std::string& section)
                        {
