@@ -655,9 +655,11 @@ TEST_F(Simulated, RefusesWhatCannotBeAndWritesNothing)
       { o.scans = scans, o.sensor = sensor, o.standAt = at, o.outPath = folder_ / ("a." + format); };
     };
     expectRefused(many(100'000'000, "sector-laser", "rawlog"),
-                  "--scans 100000000: a log has at most 10000000 scans");
-    expectRefused(many(2'000'000'000, "sonar", "rawlog"), "10000000 pings");
-    expectRefused(many(5'000'000, "pan-tilt-laser", "rawlog"), "rays, which a log needs some");
+                  "--scans 100000000: 3.5e+11 rays of a sector-laser, some 4.2e+03 GB of log");
+    expectRefused(
+        many(2'000'000'000, "sonar", "rawlog"),
+        "--scans 2000000000: 2.4e+11 rays of a sonar, some 204 GB of log; a .rawlog has at most 1e+07 pings");
+    expectRefused(many(5'000'000, "pan-tilt-laser", "rawlog"), "4.45e+11 rays of a pan-tilt-laser");
     expectRefused(many(1'000'000, "sector-laser", "simplemap"), "because it is held in memory");
   }
   for (const double bad : {0.0, -0.1, std::nan(""), HUGE_VAL})

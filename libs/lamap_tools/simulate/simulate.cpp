@@ -105,15 +105,17 @@ void requireLogOfSensibleSize(const SimulateOptions& options, const SensorModel&
       sensor.kind == SensorKind::Sonar ? shots : scans * static_cast<double>(sensor.beams.size());
   const std::string asked = options.scans ? "--scans " + std::to_string(*options.scans)
                                           : counted(static_cast<size_t>(scans), "scan");
-  if (shots > kMostShots)
-    throw UsageError(mrpt::format("%s: a log has at most %.0f %s", asked.c_str(), kMostShots,
-                                  sensor.kind == SensorKind::Sonar ? "pings" : "scans"));
   const bool inMemory = endsWith(options.outPath, ".simplemap");
-  if (const double most = inMemory ? kMostRaysInMemory : kMostRays; rays > most)
-    throw UsageError(mrpt::format(
-        "%s: a %s sends %.3g rays, which a log needs some %.3g GB for; a %s has at most %.0e rays%s",
-        asked.c_str(), sensor.name.c_str(), rays, rays * 12e-9, inMemory ? ".simplemap" : ".rawlog", most,
-        inMemory ? ", because it is held in memory" : ""));
+  const double mostRays = inMemory ? kMostRaysInMemory : kMostRays;
+  if (shots <= kMostShots && rays <= mostRays) return;
+  const double bytesPerRay = sensor.kind == SensorKind::Sonar    ? 850  // of a ping
+                             : sensor.kind == SensorKind::Planar ? 6
+                                                                 : 12;
+  throw UsageError(mrpt::format(
+      "%s: %.3g rays of a %s, some %.3g GB of log; a %s has at most %.0e %s and %.0e rays%s", asked.c_str(),
+      rays, sensor.name.c_str(), rays * bytesPerRay * 1e-9, inMemory ? ".simplemap" : ".rawlog", kMostShots,
+      sensor.kind == SensorKind::Sonar ? "pings" : "scans", mostRays,
+      inMemory ? ", because it is held in memory" : ""));
 }
 
 /// "x,y,z" or "x,y,z,yaw".
