@@ -10,8 +10,8 @@ void addRun(CLI::App& app, Action& action, const std::vector<std::string>& progr
 {
   CLI::App* command = app.add_subcommand("run", "Run any MRPT program with the plug-in loaded");
   command->footer(
-      "lamap run [OPTIONS] [--] PROGRAM [ARGUMENTS...]\n"
-      "e.g. lamap run -- icp-slam x.ini log.rawlog");
+      "PROGRAM and its arguments follow the options, after -- if there are any: lamap run -- PROGRAM "
+      "[ARGUMENTS...]");
   auto withoutCheck = std::make_shared<bool>(false);
   command->add_flag("--no-check", *withoutCheck, "Do not check the .ini files among the arguments first");
   command->callback(

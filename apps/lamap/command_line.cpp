@@ -2,6 +2,8 @@
 
 #include <lamap_tools/files/text_fields.h>
 
+#include <iterator>
+#include <sstream>
 #include <utility>
 
 namespace lamap::app
@@ -137,8 +139,16 @@ void addScoreOptions(CLI::App& command, ScoreArguments& arguments)
       ->capture_default_str();
 }
 
+namespace
+{
+/// Begins the name of a validator that accepts words; they follow.
+constexpr const char* kWords = "words";
+}  // namespace
+
 CLI::Validator wordToNumber(std::map<std::string, int> words)
 {
+  std::string name = kWords;
+  for (const auto& [word, number] : words) name += " " + word;
   const auto translate = [words = std::move(words)](std::string& text) -> std::string
   {
     std::vector<std::string> all;
@@ -153,7 +163,15 @@ CLI::Validator wordToNumber(std::map<std::string, int> words)
     }
     return "'" + text + "' is none of: " + tools::joined(all);
   };
-  return {translate, ""};
+  return {translate, "", std::move(name)};
+}
+
+std::vector<std::string> legalWords(const CLI::Validator& validator)
+{
+  std::istringstream name(validator.get_name());
+  std::string first;
+  if (!(name >> first) || first != kWords) return {};
+  return {std::istream_iterator<std::string>(name), {}};
 }
 
 CLI::Validator wholeNumber(int64_t low, int64_t high)

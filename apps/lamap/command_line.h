@@ -110,6 +110,8 @@ void writeCurves(const ScoreArguments& arguments, const std::vector<tools::MapSc
 
 /// For an option that is an enumeration: one of the words for its values, in upper or lower case.
 [[nodiscard]] CLI::Validator wordToNumber(std::map<std::string, int> words);
+/// @return the words of such a validator; none of another one
+[[nodiscard]] std::vector<std::string> legalWords(const CLI::Validator& validator);
 template <typename Enumeration>
 [[nodiscard]] CLI::Validator oneOf(const std::map<std::string, Enumeration>& words)
 {

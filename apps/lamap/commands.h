@@ -48,6 +48,7 @@ void addRender(CLI::App& app, Action& action);
 void addSimulate(CLI::App& app, Action& action);
 void addThin(CLI::App& app, Action& action);
 void addTune(CLI::App& app, Action& action);
+void addCompletion(CLI::App& app, Action& action);
 /// @param program  what takeProgram() took from the command line
 void addRun(CLI::App& app, Action& action, const std::vector<std::string>& program);
 
@@ -55,6 +56,9 @@ void addRun(CLI::App& app, Action& action, const std::vector<std::string>& progr
  * returns them, because CLI11 would look for its own options among them. Returns nothing if the first
  * argument is not `run`. */
 [[nodiscard]] std::vector<std::string> takeProgram(std::vector<std::string>& arguments);
+
+/// Ends the help of each command, all of which must be there, with examples.
+void addExamples(CLI::App& app);
 
 /// Exit codes beside 0.
 constexpr int kFailed = 1;

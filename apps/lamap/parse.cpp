@@ -83,8 +83,10 @@ std::optional<int> lamap::app::runCommandLine(int argc, char** argv)
   addSimulate(app, action);
   addThin(app, action);
   addTune(app, action);
+  addCompletion(app, action);
   std::vector<std::string> arguments(argv + 1, argv + argc);
   addRun(app, action, takeProgram(arguments));
+  addExamples(app);
   try
   {
     requireSubcommand(app, arguments);
