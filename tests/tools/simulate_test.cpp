@@ -656,9 +656,9 @@ TEST_F(Simulated, RefusesWhatCannotBeAndWritesNothing)
     };
     expectRefused(many(100'000'000, "sector-laser", "rawlog"),
                   "--scans 100000000: 3.5e+11 rays of a sector-laser, some 4.2e+03 GB of log");
-    expectRefused(
-        many(2'000'000'000, "sonar", "rawlog"),
-        "--scans 2000000000: 2.4e+11 rays of a sonar, some 204 GB of log; a .rawlog has at most 1e+07 pings");
+    expectRefused(many(2'000'000'000, "sonar", "rawlog"),
+                  "--scans 2000000000: 2.4e+11 rays of a sonar, some 2.04e+05 GB of log; a .rawlog has at "
+                  "most 1e+07 pings");
     expectRefused(many(5'000'000, "pan-tilt-laser", "rawlog"), "4.45e+11 rays of a pan-tilt-laser");
     expectRefused(many(1'000'000, "sector-laser", "simplemap"), "because it is held in memory");
   }
