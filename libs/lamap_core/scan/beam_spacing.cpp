@@ -69,7 +69,11 @@ class SeenBins
  public:
   explicit SeenBins(const std::vector<Bin>& bins);
 
-  [[nodiscard]] float spacing_rad(const Bin& bin) const { return spacing_rad_[placeOf(bin)]; }
+  /// 0 for a ray without direction.
+  [[nodiscard]] float spacing_rad(const Bin& bin) const
+  {
+    return bin.isSomewhere() ? spacing_rad_[placeOf(bin)] : 0.0F;
+  }
 
  private:
   [[nodiscard]] size_t placeOf(const Bin& bin) const
@@ -95,6 +99,7 @@ SeenBins::SeenBins(const std::vector<Bin>& bins)
   counts_.assign(seen_.size() * kColumns, 0);
   for (const Bin& bin : bins)
   {
+    if (!bin.isSomewhere()) continue;
     const auto column = static_cast<size_t>(bin.column);
     seen_[static_cast<size_t>(bin.row - firstRow_)][column / 64] |= uint64_t{1} << (column % 64);
     uint16_t& count = counts_[placeOf(bin)];

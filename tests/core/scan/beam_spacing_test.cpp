@@ -57,6 +57,26 @@ TEST(BeamSpacing, OfOneRowIsItsAngleAndAQuarter)
   expectAll(row, 1.24, 1.26);
 }
 
+// Of length zero, where a number was too small for it, or too far away to be a number.
+TEST(BeamSpacing, OfARayWithoutDirectionIsNone)
+{
+  RayFan row;
+  for (int azimuth = -90; azimuth <= 90; ++azimuth) row.addReturn(3 * towards(azimuth, 0));
+  const std::vector<double> alone = spacingOf(row);
+  row.add(RayEnd::NoReturn, {0, 0, 0});
+  row.add(RayEnd::Return, row.centre);
+  row.add(RayEnd::Cut, {std::nan(""), 0, 0});
+  std::vector<double> spacing_deg = spacingOf(row);
+  ASSERT_EQ(spacing_deg.size(), alone.size() + 3);
+  for (size_t i = alone.size(); i < spacing_deg.size(); ++i) EXPECT_EQ(spacing_deg[i], 0);
+  spacing_deg.resize(alone.size());
+  EXPECT_EQ(spacing_deg, alone);
+  RayFan none;
+  none.add(RayEnd::NoReturn, {0, 0, 0});
+  none.add(RayEnd::NoReturn, {0, 0, 0});
+  EXPECT_EQ(spacingOf(none), std::vector<double>(2, 0.0));
+}
+
 TEST(BeamSpacing, OfDenseBeamsIsBelowABin)
 {
   expectAll(grid(0.2, 0.2), 0.05, 0.5);
