@@ -17,9 +17,11 @@ set(LAMAP_PUBLIC_HEADERS
   lamap_core/gp/options.h
   lamap_core/gp/reading.h
   lamap_core/grid/cell.h
+  lamap_core/grid/cell_accessor.h
   lamap_core/grid/cell_cubes.h
   lamap_core/grid/cell_extent.h
   lamap_core/grid/cell_options.h
+  lamap_core/grid/cell_place.h
   lamap_core/grid/cell_sums.h
   lamap_core/grid/evidence.h
   lamap_core/grid/evidence_block.h
@@ -86,6 +88,8 @@ set(LAMAP_PUBLIC_FUNCTIONS
   EvidenceMap*::restoreEvidence EvidenceMap*::cellBounds EvidenceMap*::emptyAround
   EvidenceMap*::structure EvidenceMap*::planarLayer EvidenceMap*::clear EvidenceMap*::empty
   EvidenceMap*::merge EvidenceMap*::EvidenceMap
+  CellAccessor*::CellAccessor CellAccessor*::cell CellAccessor*::at CellAccessor*::prob CellAccessor*::state
+  CellAccessor*::emptyAroundLast CellAccessor*::blocksIn CellAccessor*::readBlock CellAccessor*::readPrior
   LearnerMap*::LearnerMap LearnerMap*::T*Options:: LearnerMap*::TMapDefinition::TMapDefinition
   LearnerMap*::TMapDefinition::?TMapDefinition LearnerMap*::MapDefinition LearnerMap*::CreateFromMapDefinition
   LearnerMap*::alias LearnerMap*::core LearnerMap*::creationOptions LearnerMap*::estimate LearnerMap*::isEmpty

@@ -12,7 +12,7 @@ std::vector<BlockWords> wordsOf(const Evidence& grid)
   for (const BlockIndex& index : grid.sortedBlocks())
   {
     const EvidenceBlock& block = *grid.find(index);
-    blocks.push_back({index, block.wide(), block.pruned(), block.words()});
+    blocks.push_back({index, block.wide(), block.pruned(), block.words(grid.shape())});
   }
   return blocks;
 }

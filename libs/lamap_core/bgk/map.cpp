@@ -1,6 +1,8 @@
 #include <lamap_core/bgk/map.h>
 
+#include <lamap_core/bgk/reading_numbers.h>
 #include <lamap_core/bgk/scan_inference.h>
+#include <lamap_core/grid/cell_accessor_members.h>
 #include <lamap_core/grid/evidence_map_members.h>
 #include <lamap_core/options/legal_range.h>
 
@@ -9,6 +11,7 @@
 namespace lamap
 {
 template class EvidenceMap<BgkReading>;
+template class CellAccessor<BgkReading>;
 
 RayCounts BgkMap::insert(const Scan& scan, const BgkInference& inference, unsigned threads)
 {

@@ -2,6 +2,7 @@
 
 #include <lamap_core/bgk/options.h>
 #include <lamap_core/bgk/reading.h>
+#include <lamap_core/grid/cell_accessor.h>
 #include <lamap_core/grid/evidence_map.h>
 #include <lamap_core/math/workers.h>
 #include <lamap_core/scan/ray_selection.h>
@@ -13,6 +14,7 @@ namespace lamap
 {
 class BgkScanInference;
 extern template class EvidenceMap<BgkReading>;
+extern template class CellAccessor<BgkReading>;
 
 /** BGK occupancy map: Bayesian generalized kernel inference (thesis chapter 4) on a grid of test-data
  * octrees.

@@ -1,6 +1,8 @@
 #include <lamap_core/bgk/reading.h>
 
 #include <lamap_core/bgk/map.h>
+#include <lamap_core/bgk/reading_numbers.h>
+#include <lamap_core/grid/cell_accessor.h>
 #include <lamap_core/options/legal_range.h>
 #include <lamap_core/options/option_table.h>
 
@@ -47,16 +49,12 @@ CellEstimate BgkReading::read(const CellIndex& cell, const CellSums& sums,
                               const StateThresholds& thresholds) const
 {
   const std::array<double, 2> prior = priorOf(cell);
-  const double hits = static_cast<double>(sums.first) * kEvidenceUnit;
-  const double free = static_cast<double>(sums.second) * kEvidenceUnit;
-  const double factor = evidenceFactor(hits + free, structure_.maxEvidence);
-  const double alpha = prior[0] + factor * hits;
-  const double beta = prior[1] + factor * free;
+  const PseudoCounts counts(sums, prior, structure_.maxEvidence);
   CellEstimate estimate;
-  estimate.prob = bgkMean(alpha, beta);
-  estimate.variance = bgkVariance(alpha, beta);
+  estimate.prob = bgkMean(counts.alpha, counts.beta);
+  estimate.variance = bgkVariance(counts.alpha, counts.beta);
   estimate.state = bgkState(estimate.prob, *estimate.variance, thresholds);
-  estimate.evidence = {prior[0] + hits, prior[1] + free};
+  estimate.evidence = {prior[0] + counts.hits, prior[1] + counts.free};
   return estimate;
 }
 
@@ -84,6 +82,14 @@ bool BgkReading::priorKnows(const CellIndex& cell) const
 void BgkReading::visitPriorCells(const std::function<void(const CellIndex&)>& visit) const
 {
   if (priorMap_) priorMap_->visitCells({}, [&](const CellIndex& cell, const CellEstimate&) { visit(cell); });
+}
+
+void BgkReading::visitPriorCells(const CellIndex& low, const CellIndex& high,
+                                 const std::function<void(const CellIndex&)>& visit) const
+{
+  if (!priorMap_) return;
+  BgkMap::Accessor prior(*priorMap_, {});
+  prior.visitBox(low, high, [&](const KnownCell& known) { visit(known.cell); });
 }
 
 std::optional<std::pair<CellIndex, CellIndex>> BgkReading::priorBounds() const

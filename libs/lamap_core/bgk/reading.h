@@ -32,6 +32,8 @@ class BgkReading : public ReadingOf<BgkStructure, SumKind::Counts>
   [[nodiscard]] bool hasPriorMap() const { return priorMap_ != nullptr; }
   [[nodiscard]] bool priorKnows(const CellIndex& cell) const;
   void visitPriorCells(const std::function<void(const CellIndex&)>& visit) const;
+  void visitPriorCells(const CellIndex& low, const CellIndex& high,
+                       const std::function<void(const CellIndex&)>& visit) const;
   [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> priorBounds() const;
   [[nodiscard]] int priorEmptyAround(const CellIndex& cell) const;
   /// α₀ and β₀ of a cell, from the prior map where that has evidence.

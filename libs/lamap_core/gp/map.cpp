@@ -1,11 +1,14 @@
 #include <lamap_core/gp/map.h>
 
+#include <lamap_core/gp/reading_numbers.h>
 #include <lamap_core/gp/scan_inference.h>
+#include <lamap_core/grid/cell_accessor_members.h>
 #include <lamap_core/grid/evidence_map_members.h>
 
 namespace lamap
 {
 template class EvidenceMap<GpReading>;
+template class CellAccessor<GpReading>;
 
 RayCounts GpMap::insert(const Scan& scan, const GpInference& inference, unsigned threads)
 {

@@ -2,6 +2,7 @@
 
 #include <lamap_core/gp/options.h>
 #include <lamap_core/gp/reading.h>
+#include <lamap_core/grid/cell_accessor.h>
 #include <lamap_core/grid/evidence_map.h>
 #include <lamap_core/math/workers.h>
 #include <lamap_core/scan/ray_selection.h>
@@ -11,6 +12,7 @@ namespace lamap
 {
 class GpScanInference;
 extern template class EvidenceMap<GpReading>;
+extern template class CellAccessor<GpReading>;
 
 /** Gaussian process occupancy map (thesis section 2.3) on a grid of test-data octrees: exact GPs on the
  * blocks of each scan, fused by a Bayesian committee machine. The baseline of the thesis's chapter 4.

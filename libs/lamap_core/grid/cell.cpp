@@ -1,5 +1,7 @@
 #include <lamap_core/grid/cell.h>
 
+#include <lamap_core/grid/cell_place.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -20,16 +22,9 @@ Eigen::Vector3d cellCentre(const CellIndex& cell, double resolution_m)
 
 std::optional<CellIndex> cellAt(const Eigen::Vector3d& point_m, double resolution_m)
 {
-  std::array<int32_t, 3> index{};
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    const double coordinate = std::floor(point_m[axis] / resolution_m);
-    // Leaves room for a kernel's reach around every valid cell.
-    constexpr double kLimit = 2140000000.0;
-    if (!(coordinate > -kLimit && coordinate < kLimit)) return std::nullopt;
-    index[static_cast<size_t>(axis)] = static_cast<int32_t>(coordinate);
-  }
-  return CellIndex{index[0], index[1], index[2]};
+  CellIndex cell;
+  if (!CellFinder(resolution_m).find(point_m, cell)) return std::nullopt;
+  return cell;
 }
 
 }  // namespace lamap

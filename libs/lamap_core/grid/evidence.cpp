@@ -1,17 +1,11 @@
 #include <lamap_core/grid/evidence.h>
 
 #include <algorithm>
+#include <atomic>
 #include <utility>
 
 namespace lamap
 {
-Evidence::Evidence(const Evidence& other) : shape_(other.shape_), kind_(other.kind_), extent_(other.extent_)
-{
-  blocks_.reserve(other.blocks_.size());
-  for (const auto& [index, block] : other.blocks_)
-    blocks_.emplace(index, std::make_unique<EvidenceBlock>(*block));
-}
-
 Evidence& Evidence::operator=(const Evidence& other)
 {
   if (this != &other) *this = Evidence(other);
@@ -20,9 +14,28 @@ Evidence& Evidence::operator=(const Evidence& other)
 
 EvidenceBlock& Evidence::findOrCreate(const BlockIndex& index)
 {
+  changes_.add();
   const auto found = blocks_.find(index);
-  if (found != blocks_.end()) return *found->second;
-  return *blocks_.emplace(index, std::make_unique<EvidenceBlock>()).first->second;
+  if (found != blocks_.end()) return ownOf(found.value());
+  return *blocks_.emplace(index, std::make_shared<EvidenceBlock>()).first->second;
+}
+
+std::shared_ptr<EvidenceBlock> Evidence::take(const BlockIndex& index)
+{
+  const auto found = blocks_.find(index);
+  if (found == blocks_.end()) return nullptr;
+  BlockPointer block = std::move(found.value());
+  erase(index);
+  return block;
+}
+
+EvidenceBlock& Evidence::ownOf(BlockPointer& block)
+{
+  if (block.use_count() > 1)
+    block = std::make_shared<EvidenceBlock>(*block);
+  else
+    std::atomic_thread_fence(std::memory_order_acquire);  // after whoever had it last
+  return *block;
 }
 
 void Evidence::keepExtent()
@@ -44,7 +57,7 @@ std::vector<BlockIndex> Evidence::sortedBlocks() const
 size_t Evidence::memoryBytes() const
 {
   // A slot of the open-addressing table holds the pair and its probe distance.
-  size_t bytes = blocks_.bucket_count() * (sizeof(std::pair<BlockIndex, std::unique_ptr<EvidenceBlock>>) + 8);
+  size_t bytes = blocks_.bucket_count() * (sizeof(std::pair<BlockIndex, BlockPointer>) + 8);
   for (const auto& [index, block] : blocks_) bytes += block->memoryBytes();
   return bytes + (extent_ ? extent_->memoryBytes() : 0);
 }
@@ -55,10 +68,8 @@ bool operator==(const Evidence& a, const Evidence& b)
   return std::all_of(a.blocks_.begin(), a.blocks_.end(),
                      [&](const auto& entry)
                      {
-                       const EvidenceBlock& own = *entry.second;
                        const EvidenceBlock* other = b.find(entry.first);
-                       return other != nullptr && own.wide() == other->wide() &&
-                              own.pruned() == other->pruned() && own.words() == other->words();
+                       return other != nullptr && *entry.second == *other;
                      });
 }
 

@@ -12,22 +12,6 @@ namespace
 {
 constexpr uint64_t kNarrowMax = 0xFFFFFFFFu;
 
-/// Bits without hardware support assumed: the architecture's baseline has none.
-size_t countBits(uint64_t word)
-{
-  word -= word >> 1 & 0x5555555555555555u;
-  word = (word & 0x3333333333333333u) + (word >> 2 & 0x3333333333333333u);
-  word = (word + (word >> 4)) & 0x0F0F0F0F0F0F0F0Fu;
-  return static_cast<size_t>(word * 0x0101010101010101u >> 56);
-}
-
-size_t countBits(const uint64_t* words, size_t count)
-{
-  size_t sum = 0;
-  for (size_t i = 0; i < count; ++i) sum += countBits(words[i]);
-  return sum;
-}
-
 bool bitAt(const uint64_t* words, uint32_t offset)
 {
   return words[offset >> 6] >> (offset & 63) & 1;
@@ -167,6 +151,14 @@ constexpr uint32_t spread(uint32_t coordinate, int axes)
   return spreadBits;
 }
 
+/// Local coordinates of a Morton number: x | y << 8 | z << 16.
+constexpr uint32_t local(uint32_t offset, uint32_t axes)
+{
+  uint32_t packed = 0;
+  for (uint32_t bit = 0; bit < 6; ++bit) packed |= (offset >> bit & 1u) << (bit % axes * 8 + bit / axes);
+  return packed;
+}
+
 }  // namespace
 
 #define LAMAP_SPREAD_ROW(a, n)                                                                            \
@@ -177,6 +169,17 @@ const uint32_t BlockShape::kSpread2[32] = {LAMAP_SPREAD_ROW(0, 2), LAMAP_SPREAD_
 const uint32_t BlockShape::kSpread3[32] = {LAMAP_SPREAD_ROW(0, 3), LAMAP_SPREAD_ROW(8, 3),
                                            LAMAP_SPREAD_ROW(16, 3), LAMAP_SPREAD_ROW(24, 3)};
 #undef LAMAP_SPREAD_ROW
+
+#define LAMAP_LOCAL_ROW(a, n)                                                                       \
+  local(a, n), local(a + 1, n), local(a + 2, n), local(a + 3, n), local(a + 4, n), local(a + 5, n), \
+      local(a + 6, n), local(a + 7, n)
+#define LAMAP_LOCALS(n)                                                                         \
+  LAMAP_LOCAL_ROW(0, n), LAMAP_LOCAL_ROW(8, n), LAMAP_LOCAL_ROW(16, n), LAMAP_LOCAL_ROW(24, n), \
+      LAMAP_LOCAL_ROW(32, n), LAMAP_LOCAL_ROW(40, n), LAMAP_LOCAL_ROW(48, n), LAMAP_LOCAL_ROW(56, n)
+const uint32_t BlockShape::kLocal2[64] = {LAMAP_LOCALS(2)};
+const uint32_t BlockShape::kLocal3[64] = {LAMAP_LOCALS(3)};
+#undef LAMAP_LOCALS
+#undef LAMAP_LOCAL_ROW
 
 bool DenseBlock::any() const
 {
@@ -193,32 +196,28 @@ BlockShape::BlockShape(int log2Edge, bool planar) : log2Edge_(log2Edge), planar_
   requireLegal(log2Edge >= 1 && log2Edge <= 5, "log2Edge", log2Edge, "a whole number from 1 to 5");
 }
 
-CellIndex BlockShape::localOf(uint32_t offset) const
+void EvidenceBlock::setMasks(const BlockShape& shape, const uint64_t* observed, const uint64_t* leafStarts)
 {
-  CellIndex local;
-  for (int bit = 0; bit < log2Edge_; ++bit)
+  const size_t maskWords = shape.maskWords();
+  const size_t ranks = rankWords(shape);
+  std::vector<uint64_t> masks(ranks + (leafStarts != nullptr ? 2 : 1) * maskWords);
+  std::copy_n(observed, maskWords, masks.begin() + static_cast<std::ptrdiff_t>(ranks));
+  if (leafStarts != nullptr)
+    std::copy_n(leafStarts, maskWords, masks.begin() + static_cast<std::ptrdiff_t>(ranks + maskWords));
+  const uint64_t* const starts = leafStarts != nullptr ? leafStarts : observed;
+  uint64_t before = 0;
+  for (size_t word = 0; word < maskWords; ++word)
   {
-    const uint32_t child = offset >> (bit * axes());
-    local.x |= static_cast<int32_t>(child & 1u) << bit;
-    local.y |= static_cast<int32_t>(child >> 1 & 1u) << bit;
-    if (!planar_) local.z |= static_cast<int32_t>(child >> 2 & 1u) << bit;
+    masks[word >> 2] |= before << (word & 3) * 16;
+    before += countBits(starts[word]);
   }
-  return local;
-}
-
-CellSums EvidenceBlock::at(const BlockShape& shape, uint32_t offset) const
-{
-  if (words_.empty() || !bitAt(observedMask(), offset)) return {};
-  const uint64_t* first = leafMask(shape);
-  const uint32_t word = offset >> 6;
-  const uint64_t upToHere = ~uint64_t{0} >> (63 - (offset & 63));
-  const size_t rank = countBits(first, word) + countBits(first[word] & upToHere) - 1;
-  return leaf(shape, rank);
+  masks_.swap(masks);
+  pruned_ = leafStarts != nullptr;
 }
 
 uint32_t EvidenceBlock::leafCells(const BlockShape& shape, uint32_t begin) const
 {
-  const uint64_t* observed = observedMask();
+  const uint64_t* observed = observedMask(shape);
   const uint64_t* first = leafMask(shape);
   const auto cells = static_cast<uint32_t>(shape.cellCount());
   const auto branching = static_cast<uint32_t>(shape.branching());
@@ -231,12 +230,12 @@ uint32_t EvidenceBlock::leafCells(const BlockShape& shape, uint32_t begin) const
 
 void EvidenceBlock::unpack(const BlockShape& shape, DenseBlock& dense) const
 {
-  if (words_.empty())
+  if (empty())
   {
     dense.clear();
     return;
   }
-  std::copy_n(observedMask(), shape.maskWords(), dense.observed.begin());
+  std::copy_n(observedMask(shape), shape.maskWords(), dense.observed.begin());
   visitLeaves(shape, [&](uint32_t first, uint32_t count, const CellSums& sums)
               { std::fill_n(dense.sums.begin() + first, count, sums); });
 }
@@ -249,53 +248,50 @@ bool EvidenceBlock::isPlainFor(const EvidenceBlock& other) const
 void EvidenceBlock::addPlain(const BlockShape& shape, const EvidenceBlock& other)
 {
   const size_t maskWords = shape.maskWords();
-  const uint64_t* const masks = observedMask();
-  const uint64_t* const otherMasks = other.observedMask();
-  const uint64_t* term = other.leaves(shape);
+  const uint64_t* const own = observedMask(shape);
+  const uint64_t* const theirs = other.observedMask(shape);
+  const uint64_t* term = other.leaves_.data();
   most_ += other.most_;
-  if (std::equal(masks, masks + maskWords, otherMasks))
+  if (std::equal(own, own + maskWords, theirs))
   {
-    uint64_t* const values = words_.data() + maskWords;
-    for (size_t i = 0, count = words_.size() - maskWords; i < count; ++i) values[i] += term[i];
+    for (size_t i = 0; i < leaves_.size(); ++i) leaves_[i] += term[i];
     return;
   }
-  size_t count = 0;
-  for (size_t word = 0; word < maskWords; ++word) count += countBits(masks[word] | otherMasks[word]);
-  std::vector<uint64_t> sum(maskWords + count);
-  const uint64_t* value = leaves(shape);
-  uint64_t* next = sum.data() + maskWords;
+  std::vector<uint64_t> both(maskWords);
+  for (size_t word = 0; word < maskWords; ++word) both[word] = own[word] | theirs[word];
+  std::vector<uint64_t> sum(countBits(both.data(), maskWords));
+  const uint64_t* value = leaves_.data();
+  uint64_t* next = sum.data();
   for (size_t word = 0; word < maskWords; ++word)
   {
-    const uint64_t own = masks[word];
-    const uint64_t theirs = otherMasks[word];
-    sum[word] = own | theirs;
-    if (own == theirs)
+    if (own[word] == theirs[word])
     {
-      const size_t cells = countBits(own);
+      const size_t cells = countBits(own[word]);
       for (size_t i = 0; i < cells; ++i) next[i] = value[i] + term[i];
       next += cells;
       value += cells;
       term += cells;
       continue;
     }
-    for (uint64_t rest = own | theirs; rest != 0; rest &= rest - 1)
+    for (uint64_t rest = both[word]; rest != 0; rest &= rest - 1)
     {
       const uint64_t cell = rest & (~rest + 1);
       uint64_t counts = 0;
-      if ((own & cell) != 0) counts += *value++;
-      if ((theirs & cell) != 0) counts += *term++;
+      if ((own[word] & cell) != 0) counts += *value++;
+      if ((theirs[word] & cell) != 0) counts += *term++;
       *next++ = counts;
     }
   }
-  words_.swap(sum);
+  setMasks(shape, both.data(), nullptr);
+  leaves_.swap(sum);
 }
 
 bool EvidenceBlock::hasEqualOctant(const BlockShape& shape) const
 {
   const auto branching = static_cast<uint32_t>(shape.branching());
   const uint64_t octantBits = (uint64_t{1} << branching) - 1;
-  const uint64_t* observed = observedMask();
-  const uint64_t* value = leaves(shape);
+  const uint64_t* observed = observedMask(shape);
+  const uint64_t* value = leaves_.data();
   const auto cells = static_cast<uint32_t>(shape.cellCount());
   for (uint32_t begin = 0; begin < cells; begin += branching)
   {
@@ -323,12 +319,13 @@ void EvidenceBlock::pack(const BlockShape& shape, const DenseBlock& dense, const
   }
   const uint64_t* const first = held.empty() ? dense.observed.data() : starts.data();
   const size_t count = countBits(first, maskWords);
-  std::vector<uint64_t> words(count > 0 ? maskWords + starts.size() + count : 0);
-  if (count > 0)
+  if (count == 0)
   {
-    std::copy_n(starts.data(), starts.size(), std::copy_n(dense.observed.data(), maskWords, words.data()));
+    *this = {};
+    return;
   }
-  uint64_t* next = words.data() + (words.size() - count);
+  std::vector<uint64_t> leaves(count);
+  uint64_t* next = leaves.data();
   uint64_t bits = 0;
   const auto packNarrow = [&](const CellSums& sums)
   {
@@ -339,10 +336,8 @@ void EvidenceBlock::pack(const BlockShape& shape, const DenseBlock& dense, const
   const bool wide = bits > kNarrowMax;
   if (wide)
   {
-    std::vector<uint64_t> wider(words.size() + count);
-    std::copy_n(words.data(), words.size() - count, wider.data());
-    words.swap(wider);
-    next = words.data() + (words.size() - 2 * count);
+    leaves.resize(2 * count);
+    next = leaves.data();
     const auto packWide = [&](const CellSums& sums)
     {
       *next++ = sums.first;
@@ -350,17 +345,17 @@ void EvidenceBlock::pack(const BlockShape& shape, const DenseBlock& dense, const
     };
     forEachLeaf(dense, first, maskWords, held, packWide);
   }
-  words_.swap(words);
+  setMasks(shape, dense.observed.data(), held.empty() ? nullptr : starts.data());
+  leaves_.swap(leaves);
   most_ = static_cast<uint32_t>(std::min(bits, kNarrowMax));
   wide_ = wide;
-  pruned_ = !held.empty();
 }
 
 EvidenceBlock EvidenceBlock::ofNarrowCells(const BlockShape& shape, const uint64_t* cells)
 {
   const size_t maskWords = shape.maskWords();
   const size_t cellCount = shape.cellCount();
-  std::vector<uint64_t> words(maskWords);
+  std::vector<uint64_t> observed(maskWords);
   size_t count = 0;
   uint64_t bits = 0;
   for (size_t word = 0; word < maskWords; ++word)
@@ -373,60 +368,70 @@ EvidenceBlock EvidenceBlock::ofNarrowCells(const BlockShape& shape, const uint64
       mask |= uint64_t{some[i] != 0} << i;
       bits |= some[i];
     }
-    words[word] = mask;
+    observed[word] = mask;
     count += countBits(mask);
   }
   EvidenceBlock block;
   if (count == 0) return block;
-  words.resize(maskWords + count);
-  uint64_t* next = words.data() + maskWords;
+  block.leaves_.resize(count);
+  uint64_t* next = block.leaves_.data();
   for (size_t word = 0; word < maskWords; ++word)
-    for (uint64_t rest = words[word]; rest != 0; rest &= rest - 1)
+    for (uint64_t rest = observed[word]; rest != 0; rest &= rest - 1)
       *next++ = cells[word * 64 + static_cast<size_t>(__builtin_ctzll(rest))];
-  block.words_ = std::move(words);
+  block.setMasks(shape, observed.data(), nullptr);
   block.most_ = static_cast<uint32_t>(bits | bits >> 32);
   return block;
 }
 
 size_t EvidenceBlock::leafCount(const BlockShape& shape) const
 {
-  return words_.empty() ? 0 : countBits(leafMask(shape), shape.maskWords());
+  return empty() ? 0 : countBits(leafMask(shape), shape.maskWords());
 }
 
 size_t EvidenceBlock::observedCount(const BlockShape& shape) const
 {
-  return words_.empty() ? 0 : countBits(observedMask(), shape.maskWords());
+  return empty() ? 0 : countBits(observedMask(shape), shape.maskWords());
 }
 
 BlockLayers EvidenceBlock::layers(const BlockShape& shape) const
 {
-  if (words_.empty()) return {};
-  return shape.planar() ? layersOf<2>(shape, observedMask()) : layersOf<3>(shape, observedMask());
+  if (empty()) return {};
+  return shape.planar() ? layersOf<2>(shape, observedMask(shape)) : layersOf<3>(shape, observedMask(shape));
+}
+
+std::vector<uint64_t> EvidenceBlock::words(const BlockShape& shape) const
+{
+  if (empty()) return {};
+  std::vector<uint64_t> words(masks_.begin() + static_cast<std::ptrdiff_t>(rankWords(shape)), masks_.end());
+  words.insert(words.end(), leaves_.begin(), leaves_.end());
+  return words;
 }
 
 EvidenceBlock EvidenceBlock::fromWords(const BlockShape& shape, SumKind kind, bool wide, bool pruned,
-                                       std::vector<uint64_t> words)
+                                       const std::vector<uint64_t>& words)
 {
   const auto refuse = [](const char* what)
   { throw std::runtime_error(std::string("a block of the map is corrupt: ") + what); };
 
   EvidenceBlock block;
+  const size_t maskWords = shape.maskWords();
+  const size_t beforeLeaves = (pruned ? 2 : 1) * maskWords;
+  if (words.size() < beforeLeaves) refuse("its masks are cut short");
+  block.setMasks(shape, words.data(), pruned ? words.data() + maskWords : nullptr);
   block.wide_ = wide;
-  block.pruned_ = pruned;
-  if (words.size() < (pruned ? 2 : 1) * shape.maskWords()) refuse("its masks are cut short");
-  block.words_ = std::move(words);
   const auto cells = static_cast<uint32_t>(shape.cellCount());
-  if (cells < 64 && (block.observedMask()[0] >> cells || block.leafMask(shape)[0] >> cells))
+  if (cells < 64 && (block.observedMask(shape)[0] >> cells || block.leafMask(shape)[0] >> cells))
     refuse("a mask names cells beyond the block");
   for (size_t word = 0; word < shape.maskWords(); ++word)
   {
-    if (block.leafMask(shape)[word] & ~block.observedMask()[word])
+    if (block.leafMask(shape)[word] & ~block.observedMask(shape)[word])
       refuse("a leaf begins at an unobserved cell");
   }
   const size_t leafCount = block.leafCount(shape);
   if (leafCount == 0) refuse("it holds no cell");
-  if (block.words_.size() != (pruned ? 2 : 1) * shape.maskWords() + (wide ? 2 : 1) * leafCount)
+  if (words.size() != beforeLeaves + (wide ? 2 : 1) * leafCount)
     refuse("the number of its leaves does not fit its masks");
+  block.leaves_.assign(words.begin() + static_cast<std::ptrdiff_t>(beforeLeaves), words.end());
 
   uint64_t largest = 0;
   bool empty = false;
@@ -438,7 +443,8 @@ EvidenceBlock EvidenceBlock::fromWords(const BlockShape& shape, SumKind kind, bo
                     {
                       largest = std::max({largest, sums.first, sums.second});
                       empty = empty || !sums.any();
-                      octants = octants && first >= endOfLast && allSet(block.observedMask(), first, count);
+                      octants =
+                          octants && first >= endOfLast && allSet(block.observedMask(shape), first, count);
                       endOfLast = first + count;
                       covered += count;
                     });

@@ -80,7 +80,20 @@ class BlockShape
     return planar_ ? (kSpread2[x] | kSpread2[y] << 1) : (kSpread3[x] | kSpread3[y] << 1 | kSpread3[z] << 2);
   }
   /// The inverse: local coordinates of a Morton number.
-  [[nodiscard]] CellIndex localOf(uint32_t offset) const;
+  [[nodiscard]] CellIndex localOf(uint32_t offset) const
+  {
+    const uint32_t packed =
+        planar_ ? kLocal2[offset & 63] + (kLocal2[offset >> 6] << 3)
+                : kLocal3[offset & 63] + (kLocal3[offset >> 6 & 63] << 2) + (kLocal3[offset >> 12] << 4);
+    return {static_cast<int32_t>(packed & 0xFF), static_cast<int32_t>(packed >> 8 & 0xFF),
+            static_cast<int32_t>(packed >> 16)};
+  }
+  /// The cell with a Morton number in a block. @param first of the block's cells
+  [[nodiscard]] CellIndex plus(const CellIndex& first, uint32_t offset) const
+  {
+    const CellIndex local = localOf(offset);
+    return {first.x + local.x, first.y + local.y, first.z + local.z};
+  }
 
   [[nodiscard]] BlockIndex blockOf(const CellIndex& cell) const
   {
@@ -101,6 +114,9 @@ class BlockShape
   [[nodiscard]] int axes() const { return planar_ ? 2 : 3; }
   static const uint32_t kSpread2[32];
   static const uint32_t kSpread3[32];
+  /// By six bits of a Morton number: x | y << 8 | z << 16.
+  static const uint32_t kLocal2[64];
+  static const uint32_t kLocal3[64];
 
   int log2Edge_;
   bool planar_;
@@ -134,12 +150,60 @@ using OctantMerger =
 
 /** The test-data octree of one block, packed: a mask of the observed cells, a mask of the leaves' first cells
  * where octants are held once, and the evidence of each leaf in order; 32 bits per number, 64 where one
- * needs them. */
+ * needs them.
+ *
+ * The masks are kept apart from the evidence, with how many leaves begin before each of their words: those of
+ * a whole map stay in a processor's cache, and finding a cell takes no more than one access beyond it. */
 class EvidenceBlock
 {
  public:
+  /// Bits without hardware support assumed: the architecture's baseline has none.
+  static size_t countBits(uint64_t word)
+  {
+    word -= word >> 1 & 0x5555555555555555u;
+    word = (word & 0x3333333333333333u) + (word >> 2 & 0x3333333333333333u);
+    word = (word + (word >> 4)) & 0x0F0F0F0F0F0F0F0Fu;
+    return static_cast<size_t>(word * 0x0101010101010101u >> 56);
+  }
+  static size_t countBits(const uint64_t* words, size_t count)
+  {
+    size_t sum = 0;
+    for (size_t i = 0; i < count; ++i) sum += countBits(words[i]);
+    return sum;
+  }
+
+  /// Where the parts of a block that holds cells are, for many questions; valid until the block changes.
+  struct View
+  {
+    const uint64_t* ranks = nullptr;  ///< null: of no block
+    const uint64_t* observed = nullptr;
+    const uint64_t* leafStarts = nullptr;
+    const uint64_t* leaves = nullptr;
+    bool wide = false;
+
+    /// Zero where the cell has no evidence. Not of no block.
+    [[nodiscard]] CellSums at(uint32_t offset) const
+    {
+      const uint32_t word = offset >> 6;
+      const uint64_t bit = uint64_t{1} << (offset & 63);
+      if ((observed[word] & bit) == 0) return {};
+      const uint64_t before = ranks[word >> 2] >> (word & 3) * 16 & 0xFFFFu;
+      const size_t rank = before + countBits(leafStarts[word] & (bit | (bit - 1))) - 1;
+      if (wide) return {leaves[2 * rank], leaves[2 * rank + 1]};
+      return {leaves[rank] & 0xFFFFFFFFu, leaves[rank] >> 32};
+    }
+  };
+  [[nodiscard]] View view(const BlockShape& shape) const
+  {
+    if (empty()) return {};
+    return {masks_.data(), observedMask(shape), leafMask(shape), leaves_.data(), wide_};
+  }
+
   /// Zero where the cell has no evidence.
-  [[nodiscard]] CellSums at(const BlockShape& shape, uint32_t offset) const;
+  [[nodiscard]] CellSums at(const BlockShape& shape, uint32_t offset) const
+  {
+    return empty() ? CellSums{} : view(shape).at(offset);
+  }
 
   void unpack(const BlockShape& shape, DenseBlock& dense) const;
 
@@ -159,46 +223,59 @@ class EvidenceBlock
   /// Every cell by itself. @param cells by Morton number: first | second << 32; 0 where not observed
   [[nodiscard]] static EvidenceBlock ofNarrowCells(const BlockShape& shape, const uint64_t* cells);
 
-  [[nodiscard]] bool empty() const { return words_.empty(); }
+  [[nodiscard]] bool empty() const { return masks_.empty(); }
   [[nodiscard]] bool wide() const { return wide_; }
   [[nodiscard]] bool pruned() const { return pruned_; }
   [[nodiscard]] size_t leafCount(const BlockShape& shape) const;
   [[nodiscard]] size_t observedCount(const BlockShape& shape) const;
   [[nodiscard]] BlockLayers layers(const BlockShape& shape) const;
-  [[nodiscard]] size_t memoryBytes() const { return sizeof(*this) + words_.capacity() * sizeof(uint64_t); }
+  [[nodiscard]] size_t memoryBytes() const
+  {
+    return sizeof(*this) + (masks_.capacity() + leaves_.capacity()) * sizeof(uint64_t);
+  }
 
-  /// For files: the packed words as they are, and back. The same content gives the same words.
-  [[nodiscard]] const std::vector<uint64_t>& words() const { return words_; }
+  /// For files: observed mask, leaf mask if pruned, leaves; and back. The same content gives the same words.
+  [[nodiscard]] std::vector<uint64_t> words(const BlockShape& shape) const;
   /// @throws std::runtime_error if the words are not what pack() could have made of sums of this kind.
   static EvidenceBlock fromWords(const BlockShape& shape, SumKind kind, bool wide, bool pruned,
-                                 std::vector<uint64_t> words);
+                                 const std::vector<uint64_t>& words);
+
+  /// The same cells, packed in the same way.
+  friend bool operator==(const EvidenceBlock& a, const EvidenceBlock& b)
+  {
+    return a.wide_ == b.wide_ && a.pruned_ == b.pruned_ && a.masks_ == b.masks_ && a.leaves_ == b.leaves_;
+  }
 
   /// Calls visit(first cell, number of cells, evidence) for each leaf, in order.
   template <typename Visitor>
   void visitLeaves(const BlockShape& shape, Visitor&& visit) const;
 
  private:
-  [[nodiscard]] const uint64_t* observedMask() const { return words_.data(); }
+  /// Of numbers of 16 bits, one per word of the leaf mask: how many leaves begin before it.
+  static size_t rankWords(const BlockShape& shape) { return (shape.maskWords() + 3) / 4; }
+
+  [[nodiscard]] const uint64_t* observedMask(const BlockShape& shape) const
+  {
+    return masks_.data() + rankWords(shape);
+  }
   [[nodiscard]] const uint64_t* leafMask(const BlockShape& shape) const
   {
-    return words_.data() + (pruned_ ? shape.maskWords() : 0);
+    return masks_.data() + rankWords(shape) + (pruned_ ? shape.maskWords() : 0);
   }
-  [[nodiscard]] const uint64_t* leaves(const BlockShape& shape) const
-  {
-    return words_.data() + (pruned_ ? 2 : 1) * shape.maskWords();
-  }
+  /// Puts masks in their place and counts the leaves. @param leafStarts null: every observed cell is a leaf
+  void setMasks(const BlockShape& shape, const uint64_t* observed, const uint64_t* leafStarts);
   /// Number of cells of the leaf that begins there: the largest octant none of whose other cells begins a
   /// leaf.
   [[nodiscard]] uint32_t leafCells(const BlockShape& shape, uint32_t begin) const;
-  [[nodiscard]] CellSums leaf(const BlockShape& shape, size_t rank) const
+  [[nodiscard]] CellSums leaf(size_t rank) const
   {
-    const uint64_t* values = leaves(shape);
-    if (wide_) return {values[2 * rank], values[2 * rank + 1]};
-    return {values[rank] & 0xFFFFFFFFu, values[rank] >> 32};
+    if (wide_) return {leaves_[2 * rank], leaves_[2 * rank + 1]};
+    return {leaves_[rank] & 0xFFFFFFFFu, leaves_[rank] >> 32};
   }
 
-  std::vector<uint64_t> words_;  ///< observed mask, leaf mask if pruned, leaves
-  uint32_t most_ = 0;            ///< no number of a block that is not wide is larger
+  std::vector<uint64_t> masks_;   ///< ranks, observed mask, leaf mask if pruned
+  std::vector<uint64_t> leaves_;  ///< one word each, or two if wide
+  uint32_t most_ = 0;             ///< no number of a block that is not wide is larger
   bool wide_ = false;
   bool pruned_ = false;
 };
@@ -206,7 +283,7 @@ class EvidenceBlock
 template <typename Visitor>
 void EvidenceBlock::visitLeaves(const BlockShape& shape, Visitor&& visit) const
 {
-  if (words_.empty()) return;
+  if (empty()) return;
   const uint64_t* first = leafMask(shape);
   size_t rank = 0;
   for (size_t word = 0; word < shape.maskWords(); ++word)
@@ -214,7 +291,7 @@ void EvidenceBlock::visitLeaves(const BlockShape& shape, Visitor&& visit) const
     for (uint64_t rest = first[word]; rest != 0; rest &= rest - 1)
     {
       const auto begin = static_cast<uint32_t>(word * 64 + static_cast<size_t>(__builtin_ctzll(rest)));
-      visit(begin, pruned_ ? leafCells(shape, begin) : 1u, leaf(shape, rank++));
+      visit(begin, pruned_ ? leafCells(shape, begin) : 1u, leaf(rank++));
     }
   }
 }

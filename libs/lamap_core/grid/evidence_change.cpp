@@ -59,8 +59,8 @@ EvidenceChange EvidenceChange::replacement(Evidence& of, const std::vector<Block
   EvidenceChange change(of);
   for (const BlockIndex& index : blocks)
   {
-    EvidenceBlock* const old = of.find(index);
-    EvidenceBlock* const fresh = by.find(index);
+    const EvidenceBlock* const old = of.find(index);
+    std::shared_ptr<EvidenceBlock> fresh = by.take(index);
     if (fresh == nullptr)
     {
       if (old != nullptr) change.gone_.push_back(index);
@@ -68,7 +68,7 @@ EvidenceChange EvidenceChange::replacement(Evidence& of, const std::vector<Block
     }
     Item& item = change.items_.emplace_back(index);
     item.target = old;
-    item.replacement = std::move(*fresh);
+    item.replacement = std::move(fresh);
     change.findLayers(item);
   }
   change.makeTargets();
@@ -102,7 +102,8 @@ void EvidenceChange::prepare(Item& item, const OctantRule& rule, DenseBlock& den
 {
   const BlockShape& shape = evidence_->shape();
   const SumKind kind = evidence_->kind();
-  EvidenceBlock& sum = item.replacement;
+  item.replacement = std::make_shared<EvidenceBlock>();
+  EvidenceBlock& sum = *item.replacement;
   // Where nothing is held once before or after, as in most blocks near surfaces, there is nothing to unpack.
   const bool isPlain =
       rule.pruning != Pruning::State && !item.added->pruned() && !item.added->wide() &&
@@ -128,7 +129,7 @@ void EvidenceChange::findLayers(Item& item) const
   if (evidence_->extent() == nullptr) return;
   const BlockShape& shape = evidence_->shape();
   if (item.target != nullptr) item.before = item.target->layers(shape);
-  item.after = item.replacement.layers(shape);
+  item.after = item.replacement->layers(shape);
 }
 
 /// Makes the blocks that are not there yet, empty.
@@ -142,7 +143,7 @@ void EvidenceChange::makeTargets()
       item.isCounted = true;
     }
     if (item.target != nullptr) continue;
-    item.target = &evidence_->findOrCreate(item.index);
+    (void)evidence_->findOrCreate(item.index);
     item.isNew = true;
   }
 }
@@ -152,7 +153,7 @@ void EvidenceChange::commit() noexcept
   CellExtent* const extent = evidence_->extent();
   for (Item& item : items_)
   {
-    *item.target = std::move(item.replacement);
+    evidence_->replace(item.index, std::move(item.replacement));
     if (extent != nullptr) extent->shrink(item.index, item.both(), item.after);
   }
   for (const BlockIndex& index : gone_)

@@ -4,6 +4,7 @@
 #include <lamap_core/grid/octant_rule.h>
 #include <lamap_core/math/workers.h>
 
+#include <memory>
 #include <vector>
 
 namespace lamap
@@ -39,10 +40,10 @@ class EvidenceChange
 
     BlockIndex index;
     const EvidenceBlock* added = nullptr;
-    EvidenceBlock* mine = nullptr;    ///< the added block, if it may be moved from
-    EvidenceBlock* target = nullptr;  ///< null: the block does not exist yet
-    EvidenceBlock replacement;
-    bool isNew = false;  ///< the target is an empty block made for this change
+    EvidenceBlock* mine = nullptr;          ///< the added block, if it may be moved from
+    const EvidenceBlock* target = nullptr;  ///< null: the block does not exist yet
+    std::shared_ptr<EvidenceBlock> replacement;
+    bool isNew = false;  ///< an empty block was made in its place for this change
     // Of evidence that keeps its extent: the layers of the block before the change, after it, and both.
     BlockLayers before{};
     BlockLayers after{};

@@ -13,6 +13,8 @@
 namespace lamap
 {
 class Workers;
+template <typename Reading>
+class CellAccessor;
 
 /** Evidence in a map: look-up, reading, pruning, merging and writing of cells, for all learners.
  *
@@ -25,10 +27,12 @@ class Workers;
  *   read(cell, sums, thresholds)   CellEstimate of a cell
  *   mean(cells, count, mean)  mean sums of cells in one state; false where they have none
  *   requireAddable(other)     throws std::invalid_argument unless evidence of the other means the same
- *   hasPriorMap(), priorKnows(cell), visitPriorCells(visit), priorBounds(), priorEmptyAround(cell): of a
- *                             map as the prior
+ *   hasPriorMap(), priorKnows(cell), visitPriorCells(visit), priorBounds(), priorEmptyAround(cell),
+ *   visitPriorCells(low, high, visit): of a map as the prior
  *
- * ReadingOf gives all but read().
+ * ReadingOf gives all but read(). For a CellAccessor, besides, functions that are inlined where it is
+ * compiled: probOf(reading, cell, sums), stateOf(reading, cell, sums, prob, thresholds)   as read() gives
+ * them
  *
  * Invariants: cells without evidence read as nothing, or as the prior map says; pruning changes no state; an
  * addition that throws changes nothing.
@@ -58,6 +62,9 @@ class EvidenceMap
   /// The same for the cell at a point [m]. In a planar map the height of the point does not matter.
   [[nodiscard]] std::optional<CellEstimate> at(const Eigen::Vector3d& point_m,
                                                const StateThresholds& thresholds) const;
+
+  /// For many questions to cells that lie together: see cell_accessor.h.
+  using Accessor = CellAccessor<Reading>;
 
   using CellVisitor = std::function<void(const CellIndex&, const CellEstimate&)>;
   /// Each finest cell that has evidence here or in a prior map, once, in no promised order.
@@ -98,6 +105,8 @@ class EvidenceMap
   [[nodiscard]] Evidence evidenceOf(const CellIndex& index, const CellSums& sums) const;
 
  private:
+  friend class CellAccessor<Reading>;
+
   Reading reading_;
   int32_t planarLayer_;
   Evidence evidence_;

@@ -48,6 +48,10 @@ class ReadingOf
   [[nodiscard]] bool hasPriorMap() const { return false; }
   [[nodiscard]] bool priorKnows(const CellIndex&) const { return false; }
   void visitPriorCells(const std::function<void(const CellIndex&)>&) const {}
+  void visitPriorCells(const CellIndex& /*low*/, const CellIndex& /*high*/,
+                       const std::function<void(const CellIndex&)>&) const
+  {
+  }
   [[nodiscard]] std::optional<std::pair<CellIndex, CellIndex>> priorBounds() const { return std::nullopt; }
   [[nodiscard]] int priorEmptyAround(const CellIndex&) const { return std::numeric_limits<int>::max(); }
 

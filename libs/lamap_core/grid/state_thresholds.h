@@ -23,8 +23,12 @@ struct StateThresholds
 /// The state of a cell whose variance is small enough. @param prob P(occupied)
 [[nodiscard]] inline CellState stateOf(double prob, const StateThresholds& thresholds)
 {
-  if (prob < thresholds.free) return CellState::Free;
-  return prob > thresholds.occupied ? CellState::Occupied : CellState::Unknown;
+  // Both cannot be true. Without branches, which would wait for the evidence of the cell and often be guessed
+  // wrong.
+  const int isFree = prob < thresholds.free ? 1 : 0;
+  const int isOccupied = prob > thresholds.occupied ? 1 : 0;
+  return static_cast<CellState>(isFree * static_cast<int>(CellState::Free) +
+                                isOccupied * static_cast<int>(CellState::Occupied));
 }
 
 }  // namespace lamap

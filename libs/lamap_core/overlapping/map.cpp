@@ -1,9 +1,11 @@
 #include <lamap_core/overlapping/map.h>
 
+#include <lamap_core/grid/cell_accessor_members.h>
 #include <lamap_core/grid/evidence_map_members.h>
 #include <lamap_core/options/legal_range.h>
 #include <lamap_core/overlapping/model_fusion.h>
 #include <lamap_core/overlapping/model_trainer.h>
+#include <lamap_core/overlapping/reading_numbers.h>
 #include <lamap_core/scan/scan_frame.h>
 
 #include <algorithm>
@@ -37,6 +39,7 @@ const PlacedModel& modelAt(const std::vector<PlacedModel>& models, size_t number
 }  // namespace
 
 template class EvidenceMap<OverlappingReading>;
+template class CellAccessor<OverlappingReading>;
 
 struct OverlappingHilbertMap::LazyIndex
 {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <lamap_core/grid/cell_accessor.h>
 #include <lamap_core/grid/evidence_map.h>
 #include <lamap_core/math/workers.h>
 #include <lamap_core/overlapping/model_index.h>
@@ -20,6 +21,7 @@ namespace lamap
 class HilbertModelTrainer;
 class ModelFusion;
 extern template class EvidenceMap<OverlappingReading>;
+extern template class CellAccessor<OverlappingReading>;
 
 /** Overlapping Hilbert map (thesis chapter 3): one classifier per scan, fused by log-odds (eq. 3.1, prior
  * 0.5).

@@ -1,6 +1,6 @@
 #include <lamap_core/overlapping/reading.h>
 
-#include <lamap_core/math/portable_math.h>
+#include <lamap_core/overlapping/reading_numbers.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,15 +23,13 @@ double saturated(double logodds, double limit)
   return share > 1 ? std::copysign(limit / root, logodds) : logodds / root;
 }
 
-CellEstimate OverlappingReading::read(const CellIndex& /*cell*/, const CellSums& sums,
+CellEstimate OverlappingReading::read(const CellIndex& index, const CellSums& sums,
                                       const StateThresholds& thresholds) const
 {
   CellEstimate cell;
-  const double logodds = logoddsOf(sums, structure_.outOfFieldLimit);
-  const bool limited = sums.first != 0 && structure_.fieldLimit > 0;
-  cell.prob = logistic(limited ? saturated(logodds, structure_.fieldLimit) : logodds);
+  cell.prob = probOf(*this, index, sums);
   cell.state = stateOf(cell.prob, thresholds);
-  cell.evidence = {logodds, sums.first != 0 ? 1.0 : 0.0};
+  cell.evidence = {logoddsOf(sums, structure_.outOfFieldLimit), sums.first != 0 ? 1.0 : 0.0};
   return cell;
 }
 

@@ -43,7 +43,7 @@ void writeGrid(const Evidence& grid, ByteWriter& out)
     const EvidenceBlock& block = *grid.find(index);
     writeIndex(index, out);
     out.number(static_cast<uint8_t>((block.wide() ? kWide : 0) | (block.pruned() ? kPruned : 0)));
-    out.vector(block.words());
+    out.vector(block.words(grid.shape()));
   }
 }
 
@@ -62,11 +62,11 @@ Evidence readGrid(const Evidence& like, std::optional<int32_t> planarLayer, Byte
     last = index;
     const auto flags = in.number<uint8_t>();
     if (flags > (kWide | kPruned)) in.fail("a block has unknown flags");
-    std::vector<uint64_t> words = in.vector<uint64_t>();
+    const std::vector<uint64_t> words = in.vector<uint64_t>();
     try
     {
       grid.findOrCreate(index) = EvidenceBlock::fromWords(grid.shape(), grid.kind(), (flags & kWide) != 0,
-                                                          (flags & kPruned) != 0, std::move(words));
+                                                          (flags & kPruned) != 0, words);
     }
     catch (const std::runtime_error& error)
     {

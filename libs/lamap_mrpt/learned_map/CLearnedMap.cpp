@@ -219,8 +219,8 @@ bool CLearnedMap::castRay(const mrpt::math::TPoint3D& origin, const mrpt::math::
   }
   unit.normalize();
 
-  double first = 0;
-  double last = maxRange > 0 ? maxRange : std::numeric_limits<double>::infinity();
+  RayStretch ray{start, unit, 0, maxRange > 0 ? maxRange : std::numeric_limits<double>::infinity(),
+                 ignoreUnknownCells};
   if (ignoreUnknownCells)
   {
     // Limited to the box of observed cells: without it, the ray might never end.
@@ -229,28 +229,44 @@ bool CLearnedMap::castRay(const mrpt::math::TPoint3D& origin, const mrpt::math::
     const Eigen::Vector3d margin = Eigen::Vector3d::Constant(resolution());
     const auto stretch = stretchInBox(start, unit, cellCentre(box->low, resolution()) - margin,
                                       cellCentre(box->high, resolution()) + margin);
-    first = stretch.first;
-    last = std::min(last, stretch.second);
+    ray.tFirst = stretch.first;
+    ray.tLast = std::min(ray.tLast, stretch.second);
   }
-
-  bool met = false;
-  const auto visit = [&](const CellIndex& cell)
+  const RayWalk followed = follow(ray);
+  if (followed.last)
   {
-    const Eigen::Vector3d centre = cellCentre(cell, resolution());
+    const Eigen::Vector3d centre = cellCentre(*followed.last, resolution());
     end = {centre.x(), centre.y(), centre.z()};
-    const auto estimate = estimateCell(cell);
-    met = estimate && estimate->state == CellState::Occupied;
-    return !met && (estimate || ignoreUnknownCells);
-  };
-  if (!ignoreUnknownCells)
-  {
-    walkCells(start, unit, resolution(), first, last, visit);
-    return met;
   }
-  // Two cells of a map may be millions of cells apart, with nothing in between.
-  walkCells(start, unit, resolution(), first, last, visit,
-            [&](const CellIndex& cell) { return emptyAround(cell); });
-  return met;
+  return followed.isMet;
+}
+
+void CLearnedMap::withProbs(const UseProbs& use) const
+{
+  class Probs : public CellProbs
+  {
+   public:
+    explicit Probs(const CLearnedMap& map) : map_(map) {}
+    std::optional<double> prob(const CellIndex& cell) override
+    {
+      const auto estimate = map_.estimateCell(cell);
+      return estimate ? std::optional(estimate->prob) : std::nullopt;
+    }
+
+   private:
+    const CLearnedMap& map_;
+  } probs(*this);
+  use(probs);
+}
+
+RayWalk CLearnedMap::follow(const RayStretch& ray) const
+{
+  const auto stateOf = [&](const CellIndex& cell) -> std::optional<CellState>
+  {
+    const auto estimate = estimateCell(cell);
+    return estimate ? std::optional(estimate->state) : std::nullopt;
+  };
+  return followRay(ray, resolution(), stateOf, [&](const CellIndex& cell) { return emptyAround(cell); });
 }
 
 void CLearnedMap::insertRay(float end_x, float end_y, float end_z, float sensor_x, float sensor_y,
@@ -333,7 +349,7 @@ void CLearnedMap::auxParticleFilterCleanUp()
 
 void CLearnedMap::contentChanged()
 {
-  likelihood_.reset();
+  ++contentChanges_;
   occupied_.reset();
   box_.reset();
 }
@@ -487,13 +503,13 @@ double CLearnedMap::internal_computeObservationLikelihood(const mrpt::obs::CObse
                                                           const mrpt::poses::CPose3D& takenFrom) const
 {
   if (!supportsObservation(observation)) return 0;
-  const auto likelihood = likelihood_.get(
-      [&](const EndPointLikelihood& made) { return made.options().sameOptions(likelihoodOptions); },
-      [&]
-      {
-        likelihoodOptions.validate();
-        return std::make_shared<const EndPointLikelihood>(*this, likelihoodOptions);
-      });
+  const auto likelihood =
+      likelihood_.get([](const EndPointLikelihood& made) { return made.isCurrent(); },
+                      [&]
+                      {
+                        likelihoodOptions.validate();
+                        return std::make_shared<const EndPointLikelihood>(*this, likelihoodOptions);
+                      });
   RangeOptions limits = rangeLimits();
   limits.considerInvalidRangesAsFreeSpace = false;
   limits.rayDecimation = likelihoodOptions.decimation;

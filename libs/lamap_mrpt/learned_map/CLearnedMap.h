@@ -16,6 +16,7 @@
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 #include <mrpt/system/COutputLogger.h>
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -25,10 +26,13 @@
 
 namespace lamap
 {
+class CellProbs;
 class EndPointLikelihood;
 struct EndPoints;
 class OccupiedCells;
 struct ObservedBox;
+struct RayStretch;
+struct RayWalk;
 
 /** Base of all learned occupancy maps of this library, whatever their learner.
  *
@@ -250,11 +254,18 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
 
   /// Learns a scan; if it throws, the map is as it was. @return what became of its rays
   virtual RayCounts learnScan(const Scan& scan) = 0;
+  /// The first occupied cell along a ray; a learner may be quicker than by asking cell by cell.
+  [[nodiscard]] virtual RayWalk follow(const RayStretch& ray) const;
   /// @throws std::invalid_argument naming an illegal insertion option, its value and what is legal
   virtual void requireLegalInsertion() const = 0;
 
   /// Must be called after every change of cells.
   virtual void contentChanged();
+
+  /// Calls a function with what answers for many cells one after another; a learner may be quicker than by
+  /// estimateCell().
+  using UseProbs = std::function<void(CellProbs&)>;
+  virtual void withProbs(const UseProbs& use) const;
 
   /// The cell at a point [m]. @throws std::invalid_argument naming the caller and the point if there is none
   [[nodiscard]] CellIndex addressableCell(const char* caller, double x, double y, double z) const;
@@ -267,6 +278,11 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   void OnPostSuccesfulInsertObs(const mrpt::obs::CObservation&) override { contentChanged(); }
 
  private:
+  friend class EndPointLikelihood;
+
+  /// Another number after each change of cells.
+  [[nodiscard]] uint32_t contentChanges() const { return contentChanges_; }
+
   bool internal_insertObservation(
       const mrpt::obs::CObservation& observation,
       const std::optional<const mrpt::poses::CPose3D>& robotPose = std::nullopt) override;
@@ -282,6 +298,7 @@ class CLearnedMap : public mrpt::maps::CMetricMap, public NearestCells, public m
   [[nodiscard]] std::shared_ptr<const ObservedBox> observedBox() const;
 
   unsigned threadCount_ = 0;
+  uint32_t contentChanges_ = 0;
   /// Pose of the observation that is being inserted.
   std::optional<mrpt::poses::CPose3DPDFGaussian> uncertainPose_;
   RayCounts tallied_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace lamap
 {
@@ -53,34 +54,39 @@ EndPointLikelihood::EndPointLikelihood(const CLearnedMap& map, const CLearnedMap
 
 double EndPointLikelihood::logOf(const EndPoints& endPoints, const mrpt::poses::CPose3D& robotPose) const
 {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  double sum = 0;
+  const auto add = [&](CellProbs& cells) { sum = sumOf(cells, endPoints, robotPose); };
+  map_.withProbs(std::cref(add));  // by reference: a copy would be allocated
+  return options_.independence * sum;
+}
+
+double EndPointLikelihood::sumOf(CellProbs& cells, const EndPoints& endPoints,
+                                 const mrpt::poses::CPose3D& robotPose) const
+{
   const Eigen::Matrix3d rotation = robotPose.getRotationMatrix().asEigen();
   const Eigen::Vector3d translation(robotPose.x(), robotPose.y(), robotPose.z());
-  const std::lock_guard<std::mutex> lock(mutex_);
   double sum = 0;
   for (const EndPoints::End& end : endPoints.ends)
   {
     const Eigen::Vector3d point_map = rotation * end.point_robot + translation;
-    double prob = probAt(point_map);
+    double prob = probAt(cells, point_map);
     if (freeBefore_m_ > 0 && end.range_m > freeBefore_m_)
-      prob *= 1 - ownProbAt(point_map + freeBefore_m_ * (rotation * end.backwards_robot));
+      prob *= 1 - ownProbAt(cells, point_map + freeBefore_m_ * (rotation * end.backwards_robot));
     sum += std::log((1 - options_.outlierProb) * prob + 0.5 * options_.outlierProb);
   }
-  return options_.independence * sum;
+  return sum;
 }
 
-double EndPointLikelihood::probAt(const Eigen::Vector3d& point_map) const
+double EndPointLikelihood::probAt(CellProbs& cells, const Eigen::Vector3d& point_map) const
 {
-  return kept(ends_, point_map, [&](const CellIndex& cell) { return probAround(cell); });
+  return kept(ends_, point_map, [&](const CellIndex& cell) { return probAround(cells, cell); });
 }
 
-double EndPointLikelihood::ownProbAt(const Eigen::Vector3d& point_map) const
+double EndPointLikelihood::ownProbAt(CellProbs& cells, const Eigen::Vector3d& point_map) const
 {
   return kept(ownCells_, point_map,
-              [&](const CellIndex& cell)
-              {
-                const auto own = map_.estimateCell(cell);
-                return own ? own->prob : options_.unobservedProb;
-              });
+              [&](const CellIndex& cell) { return cells.prob(cell).value_or(options_.unobservedProb); });
 }
 
 template <typename Compute>
@@ -89,26 +95,31 @@ double EndPointLikelihood::kept(Probs& probs, const Eigen::Vector3d& point_map, 
   auto cell = cellAt(point_map, resolution_);
   if (!cell) return options_.unobservedProb;
   if (layer_) cell->z = *layer_;
+  const uint32_t change = map_.contentChanges();
   const auto known = probs.find(*cell);
-  if (known != probs.end()) return known->second;
+  if (known != probs.end())
+  {
+    Prob& kept = known.value();
+    if (kept.change != change) kept = {static_cast<float>(compute(*cell)), change};
+    return kept.prob;
+  }
   // A lost filter in a large map must not fill the memory.
   constexpr size_t kMostProbs = size_t{1} << 22;
   if (probs.size() >= kMostProbs) probs.clear();
   const auto prob = static_cast<float>(compute(*cell));
-  probs.emplace(*cell, prob);
+  probs.emplace(*cell, Prob{prob, change});
   return prob;
 }
 
-double EndPointLikelihood::probAround(const CellIndex& cell) const
+double EndPointLikelihood::probAround(CellProbs& cells, const CellIndex& cell) const
 {
-  const auto own = map_.estimateCell(cell);
-  double largest = own ? own->prob : options_.unobservedProb;
+  double largest = cells.prob(cell).value_or(options_.unobservedProb);
   for (const Neighbour& neighbour : neighbours_)
   {
     if (neighbour.weight <= largest) break;  // because P ≤ 1
-    const auto estimate = map_.estimateCell(
-        {cell.x + neighbour.offset.x, cell.y + neighbour.offset.y, cell.z + neighbour.offset.z});
-    if (estimate) largest = std::max(largest, neighbour.weight * estimate->prob);
+    const auto prob =
+        cells.prob({cell.x + neighbour.offset.x, cell.y + neighbour.offset.y, cell.z + neighbour.offset.z});
+    if (prob) largest = std::max(largest, neighbour.weight * *prob);
   }
   return largest;
 }

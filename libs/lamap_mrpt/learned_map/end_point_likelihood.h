@@ -9,12 +9,22 @@
 #include <tsl/robin_map.h>
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <mutex>
 #include <optional>
 #include <vector>
 
 namespace lamap
 {
+/// P(occupied) of cells, one after another.
+class CellProbs
+{
+ public:
+  virtual ~CellProbs() = default;
+  /// Nothing where there is no evidence.
+  [[nodiscard]] virtual std::optional<double> prob(const CellIndex& cell) = 0;
+};
+
 /// The returns of one observation in the robot's frame, decimated as likelihoodOptions say.
 struct EndPoints
 {
@@ -52,14 +62,21 @@ struct EndPoints
  * single out one particle. Unnormalized: only for comparing poses.
  *
  * A cell's term is computed when the first end point falls into it, and cached, because a particle filter
- * returns to it many times. May be used from several threads. */
+ * returns to it many times. Terms that are older than the map's last change are computed anew when they are
+ * asked for; their places stay, so that a filter that inserts scan after scan allocates nothing. May be used
+ * from several threads. */
 class EndPointLikelihood
 {
  public:
-  /// @param map must outlive this object and not change.
+  /// @param map must outlive this object; a change must be told by its contentChanged().
   EndPointLikelihood(const CLearnedMap& map, const CLearnedMap::TLikelihoodOptions& options);
 
-  [[nodiscard]] const CLearnedMap::TLikelihoodOptions& options() const { return options_; }
+  /// Whether it is what would be made for the map now: another may have been put in its place.
+  [[nodiscard]] bool isCurrent() const
+  {
+    return options_.sameOptions(map_.likelihoodOptions) && resolution_ == map_.resolution() &&
+           layer_ == map_.planarLayer();
+  }
 
   [[nodiscard]] double logOf(const EndPoints& endPoints, const mrpt::poses::CPose3D& robotPose) const;
 
@@ -69,15 +86,23 @@ class EndPointLikelihood
     CellIndex offset;
     double weight;
   };
-  using Probs = tsl::robin_map<CellIndex, float, CellIndexHash>;
+  /// A cell's probability, and at which change of the map it was computed.
+  struct Prob
+  {
+    float prob = 0;
+    uint32_t change = 0;
+  };
+  using Probs = tsl::robin_map<CellIndex, Prob, CellIndexHash>;
   // The caller holds the lock.
+  [[nodiscard]] double sumOf(CellProbs& cells, const EndPoints& endPoints,
+                             const mrpt::poses::CPose3D& robotPose) const;
   /// P for an end point.
-  [[nodiscard]] double probAt(const Eigen::Vector3d& point_map) const;
+  [[nodiscard]] double probAt(CellProbs& cells, const Eigen::Vector3d& point_map) const;
   /// P(occupied) of the cell that holds a point.
-  [[nodiscard]] double ownProbAt(const Eigen::Vector3d& point_map) const;
+  [[nodiscard]] double ownProbAt(CellProbs& cells, const Eigen::Vector3d& point_map) const;
   template <typename Compute>
   [[nodiscard]] double kept(Probs& probs, const Eigen::Vector3d& point_map, Compute&& compute) const;
-  [[nodiscard]] double probAround(const CellIndex& cell) const;
+  [[nodiscard]] double probAround(CellProbs& cells, const CellIndex& cell) const;
 
   const CLearnedMap& map_;
   CLearnedMap::TLikelihoodOptions options_;

@@ -106,6 +106,19 @@ int COverlappingHilbertMap::emptyAround(const CellIndex& cell) const
   return whole()->emptyAround(cell);
 }
 
+RayWalk COverlappingHilbertMap::follow(const RayStretch& ray) const
+{
+  const auto map = whole();
+  return detail::followIn(*map, ray, insertionOptions.thresholds);
+}
+
+void COverlappingHilbertMap::withProbs(const UseProbs& use) const
+{
+  const auto map = whole();
+  detail::ProbsIn<OverlappingHilbertMap> probs(*map);
+  use(probs);
+}
+
 std::vector<CLearnedMap::Fact> COverlappingHilbertMap::facts() const
 {
   std::vector<Fact> own{{"blocks", core().evidence().blockCount()}, {"models", core().modelCount()}};

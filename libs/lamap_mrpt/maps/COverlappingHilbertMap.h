@@ -99,6 +99,8 @@ class COverlappingHilbertMap : public LearnerMap<OverlappingLearner>
 
  private:
   void contentChanged() override;
+  [[nodiscard]] RayWalk follow(const RayStretch& ray) const override;
+  void withProbs(const UseProbs& use) const override;
   /// The map including the waiting scans.
   [[nodiscard]] std::shared_ptr<const OverlappingHilbertMap> whole() const;
 

@@ -166,6 +166,8 @@ class LearnerMap : public CLearnedMap
  protected:
   [[nodiscard]] Core& map() { return map_; }
   void internal_clear() override;
+  [[nodiscard]] RayWalk follow(const RayStretch& ray) const override;
+  void withProbs(const UseProbs& use) const override;
   /// All facts: those about the cells, the learner's own, and those that all maps have.
   [[nodiscard]] std::vector<Fact> factsWith(std::vector<Fact> ofCells, const std::vector<Fact>& own) const;
 

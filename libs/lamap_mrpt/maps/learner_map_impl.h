@@ -1,6 +1,8 @@
 #pragma once
 
 #include <lamap_mrpt/files/payload.h>
+#include <lamap_mrpt/learned_map/cell_walk.h>
+#include <lamap_mrpt/learned_map/end_point_likelihood.h>
 #include <lamap_mrpt/maps/learner_map.h>
 #include <lamap_mrpt/maps/uncertain_inputs.h>
 #include <lamap_mrpt/options/map_sections.h>
@@ -316,6 +318,59 @@ RayCounts LearnerMap<Learner>::learnScan(const Scan& scan)
     if (insertionOptions.usePoseCovariance) warnWithoutCovariance(scan);
     return map_.insert(scan, insertionOptions, threadCount());
   }
+}
+
+namespace detail
+{
+template <typename Core, typename = void>
+struct HasAccessor : std::false_type
+{
+};
+template <typename Core>
+struct HasAccessor<Core, std::void_t<typename Core::Accessor>> : std::true_type
+{
+};
+
+template <typename Core>
+RayWalk followIn(const Core& map, const RayStretch& ray, const StateThresholds& thresholds)
+{
+  typename Core::Accessor accessor(map, thresholds);
+  return followRay(
+      ray, map.structure().resolution, [&](const CellIndex& cell) { return accessor.state(cell); },
+      [&](const CellIndex&) { return accessor.emptyAroundLast(); });
+}
+
+template <typename Core>
+class ProbsIn : public CellProbs
+{
+ public:
+  explicit ProbsIn(const Core& map) : accessor_(map) {}
+  std::optional<double> prob(const CellIndex& cell) override { return accessor_.prob(cell); }
+
+ private:
+  typename Core::Accessor accessor_;
+};
+}  // namespace detail
+
+template <typename Learner>
+RayWalk LearnerMap<Learner>::follow(const RayStretch& ray) const
+{
+  if constexpr (detail::HasAccessor<Core>::value)
+    return detail::followIn(map_, ray, insertionOptions.thresholds);
+  else
+    return CLearnedMap::follow(ray);
+}
+
+template <typename Learner>
+void LearnerMap<Learner>::withProbs(const UseProbs& use) const
+{
+  if constexpr (detail::HasAccessor<Core>::value)
+  {
+    detail::ProbsIn<Core> probs(map_);
+    use(probs);
+  }
+  else
+    CLearnedMap::withProbs(use);
 }
 
 template <typename Learner>

@@ -9,6 +9,7 @@
 
 #include <cstring>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 namespace lamap
@@ -46,7 +47,7 @@ class Hasher
   {
     (number(all), ...);
   }
-  void text(const std::string& characters) { bytes(characters.data(), characters.size()); }
+  void text(std::string_view characters) { bytes(characters.data(), characters.size()); }
   template <typename... Vectors>
   void vectors(const Vectors&... all)
   {

@@ -39,7 +39,7 @@ TEST(GpLimits, EvidenceOfExtremeOptionsFitsItsSums)
           {
             const EvidenceBlock& block = *evidence.find(index);
             EXPECT_NO_THROW((void)EvidenceBlock::fromWords(evidence.shape(), evidence.kind(), block.wide(),
-                                                           block.pruned(), block.words()));
+                                                           block.pruned(), block.words(evidence.shape())));
           }
         }
 }

@@ -120,7 +120,7 @@ TEST(CellSumsProperty, BlocksAddInAnyOrderAndSplitAgain)
     const EvidenceBlock block = sumOf(Pruning::Lossless);
     const EvidenceBlock plain = sumOf(Pruning::None);
     random.shuffle(added);
-    EXPECT_EQ(block.words(), sumOf(Pruning::Lossless).words());
+    EXPECT_EQ(block.words(shape), sumOf(Pruning::Lossless).words(shape));
     for (uint32_t offset = 0; offset < shape.cellCount(); ++offset)
     {
       SignedSums expected;

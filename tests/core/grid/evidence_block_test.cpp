@@ -158,10 +158,10 @@ TEST(EvidenceBlock, UnpacksWhatWasPacked)
       // Through the words of a file.
       for (const EvidenceBlock& block : {plain, lossless})
       {
-        const EvidenceBlock again =
-            EvidenceBlock::fromWords(shape, SumKind::Counts, block.wide(), block.pruned(), block.words());
+        const EvidenceBlock again = EvidenceBlock::fromWords(shape, SumKind::Counts, block.wide(),
+                                                             block.pruned(), block.words(shape));
         expectSameCells(shape, dense, again);
-        EXPECT_EQ(again.words(), block.words());
+        EXPECT_EQ(again.words(shape), block.words(shape));
       }
       // Leaves cover each observed cell once, in order.
       uint32_t next = 0;
@@ -196,7 +196,7 @@ TEST(EvidenceBlock, OfNarrowCellsIsWhatIsPackedOfThem)
       EvidenceBlock packed;
       packed.pack(shape, dense, {});
       const EvidenceBlock narrow = EvidenceBlock::ofNarrowCells(shape, cells.data());
-      EXPECT_EQ(narrow.words(), packed.words()) << nameOf(shape);
+      EXPECT_EQ(narrow.words(shape), packed.words(shape)) << nameOf(shape);
       EXPECT_FALSE(narrow.wide() || narrow.pruned());
       EXPECT_EQ(narrow.isPlainFor(packed), packed.isPlainFor(packed));
     }
@@ -306,7 +306,7 @@ TEST(EvidenceBlock, RefusesWordsThatWerePackedByNobody)
       if (wide) dense.sums[1].first = uint64_t{1} << 40;
       EvidenceBlock plain;
       plain.pack(shape, dense, {});
-      const std::vector<uint64_t> good = plain.words();
+      const std::vector<uint64_t> good = plain.words(shape);
       ASSERT_EQ(plain.wide(), wide);
 
       // Length.
