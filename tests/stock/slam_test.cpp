@@ -122,19 +122,14 @@ TEST_P(EachMap, IsMadeFromASimpleMapByObservations2map)
                   readPoints(folder / "out_mrpt__maps__CSimplePointsMap_01.txt"));
 }
 
-TEST_P(EachMap, LocatesTheRobotAloneInPfLocalization)
+/// A run may end away from the robot; one of two must not. localize_often.sh counts them.
+void expectToLocate(const std::vector<std::string>& command, const fs::path& folder)
 {
-  SKIP_WITHOUT_PROGRAM("pf-localization");
-  SKIP_WITHOUT_DATASET(kOffice);
-  const fs::path folder = freshFolder();
-  // A run may end away from the robot; one of two must not. localize_often.sh counts them.
   constexpr double kGoal_m = 0.3;
   Point end;
   for (int attempt = 0; attempt < 2; ++attempt)
   {
-    const Outcome outcome = run(withPlugin({"pf-localization", configFile("pf-localization", GetParam()),
-                                            *dataset("localization_demo.rawlog")}),
-                                folder);
+    const Outcome outcome = run(command, folder);
     ASSERT_TRUE(outcome.succeeded()) << outcome.output;
     expectNoComplaints(outcome.output);
     const std::string mark = "PDF estimation: (";
@@ -144,6 +139,32 @@ TEST_P(EachMap, LocatesTheRobotAloneInPfLocalization)
     if (std::hypot(end.x - 15.9, end.y + 10.0) < kGoal_m) return;
   }
   FAIL() << "the last run ended at (" << end.x << ", " << end.y << "), not near (15.9, -10.0)";
+}
+
+TEST_P(EachMap, LocatesTheRobotAloneInPfLocalization)
+{
+  SKIP_WITHOUT_PROGRAM("pf-localization");
+  SKIP_WITHOUT_DATASET(kOffice);
+  expectToLocate(withPlugin({"pf-localization", configFile("pf-localization", GetParam()),
+                             *dataset("localization_demo.rawlog")}),
+                 freshFolder());
+}
+
+// Without the plug-in: the map is MRPT's own.
+TEST(ExportedGrid, LocatesTheRobotInPfLocalization)
+{
+  SKIP_WITHOUT_PROGRAM("pf-localization");
+  SKIP_WITHOUT_DATASET(kOffice);
+  const fs::path folder = freshFolder();
+  const Outcome build =
+      run({lamapTool(), "build", "-i", *dataset(kOffice), "-m", "bgkMap", "-s", "creationOpts.planar=true",
+           "-s", "creationOpts.resolution=0.05", "-s", "insertOpts.maxRange=10", "-s",
+           "insertOpts.beamWidth=none", "-o", "office.lamap.gz"},
+          folder);
+  ASSERT_TRUE(build.succeeded()) << build.output;
+  const Outcome exported = run({lamapTool(), "export", "office.lamap.gz", "-o", "office.gridmap.gz"}, folder);
+  ASSERT_TRUE(exported.succeeded()) << exported.output;
+  expectToLocate({"pf-localization", configFile("pf-localization/exported-grid.ini")}, folder);
 }
 
 }  // namespace

@@ -1,8 +1,12 @@
 #include <gtest/gtest.h>
+#include <lamap_mrpt/files/map_file.h>
 #include <lamap_tools/cells/cell_table.h>
 #include <lamap_tools/cells/octomap_file.h>
 #include <lamap_tools/export/export_map.h>
 #include <lamap_tools/files/usage_error.h>
+#include <mrpt/maps/CMultiMetricMap.h>
+#include <mrpt/maps/COccupancyGridMap2D.h>
+#include <mrpt/maps/COctoMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/opengl/COctoMapVoxels.h>
 #include <mrpt/opengl/COpenGLScene.h>
@@ -524,6 +528,152 @@ TEST(ExportRosMap, WritesBothFilesOrNone)
   EXPECT_TRUE(contains(messageOf([&] { exportMap(smallFloor(), folder / "map.yaml"); }), "No space left"));
   EXPECT_EQ(test::fileContent(folder / "map.pgm"), "of before");
   EXPECT_EQ(folder.size(), 2U);
+}
+
+/// The map of MRPT's own in a file.
+template <class Map>
+std::shared_ptr<Map> stockMap(const std::string& path)
+{
+  return std::dynamic_pointer_cast<Map>(loadMapFile(path));
+}
+
+TEST(ExportStockMaps, AGridHoldsTheProjectionOfEachColumn)
+{
+  const TemporaryFolder folder;
+  const HandMadeCells map = randomCells(7);
+  for (const char* name : {"map.gridmap", "map.gridmap.gz"})
+  {
+    exportMap(map, folder / name);
+    const auto grid = stockMap<mrpt::maps::COccupancyGridMap2D>(folder / name);
+    ASSERT_TRUE(grid) << name;
+    EXPECT_FLOAT_EQ(grid->getResolution(), 0.05F);
+    size_t occupied = 0;
+    for (int x = -20; x <= 20; ++x)
+      for (int y = -20; y <= 20; ++y)
+      {
+        double mostOccupied = -1;
+        double mostFree = -1;
+        map.visitCells(
+            [&](const CellIndex& cell, const CellEstimate& estimate)
+            {
+              if (cell.x != x || cell.y != y) return;
+              if (estimate.state == CellState::Occupied) mostOccupied = std::max(mostOccupied, estimate.prob);
+              if (estimate.state == CellState::Free) mostFree = std::max(mostFree, estimate.prob);
+            });
+        const double expected = mostOccupied >= 0 ? mostOccupied : mostFree >= 0 ? mostFree : 0.5;
+        occupied += mostOccupied >= 0;
+        const double is =
+            1 - grid->getPos(static_cast<float>((x + 0.5) * 0.05), static_cast<float>((y + 0.5) * 0.05));
+        EXPECT_NEAR(is, expected, 0.02) << x << " " << y;
+      }
+    EXPECT_GT(occupied, 50U);
+  }
+}
+
+TEST(ExportStockMaps, AGridTakesASliceOrLimits)
+{
+  const TemporaryFolder folder;
+  ExportOptions slice;
+  slice.z_m = 0.3;
+  exportMap(smallFloor(), folder / "low.gridmap.gz", slice);
+  const auto low = stockMap<mrpt::maps::COccupancyGridMap2D>(folder / "low.gridmap.gz");
+  ASSERT_TRUE(low);
+  EXPECT_EQ(low->getSizeX(), 3U);
+  EXPECT_EQ(low->getSizeY(), 1U);
+  EXPECT_NEAR(low->getPos(-0.75F, 1.75F), 0.9, 0.02) << "the occupied cell stands in the layer above";
+}
+
+TEST(ExportStockMaps, PointsAreTheCentresOfOccupiedCells)
+{
+  const TemporaryFolder folder;
+  const HandMadeCells map = randomCells(8);
+  exportMap(map, folder / "map.pts.gz");
+  const auto points = stockMap<mrpt::maps::CSimplePointsMap>(folder / "map.pts.gz");
+  ASSERT_TRUE(points);
+  size_t occupied = 0;
+  map.visitCells([&](const CellIndex&, const CellEstimate& estimate)
+                 { occupied += estimate.state == CellState::Occupied; });
+  ASSERT_EQ(points->size(), occupied);
+  for (size_t i = 0; i < points->size(); ++i)
+  {
+    float x = 0, y = 0, z = 0;
+    points->getPoint(i, x, y, z);
+    const auto there = map.estimateAt({x, y, z});
+    ASSERT_TRUE(there);
+    EXPECT_EQ(there->state, CellState::Occupied);
+    for (const float at : {x, y, z}) EXPECT_NEAR(std::fmod(std::abs(at), 0.05F), 0.025F, 1e-5);
+  }
+}
+
+TEST(ExportStockMaps, AnOctreeHoldsEachFreeAndOccupiedCell)
+{
+  const TemporaryFolder folder;
+  const HandMadeCells map = randomCells(9);
+  ExportOptions options;
+  options.as = parseStockMaps("octomap");
+  exportMap(map, folder / "tree.gz", options);
+  const auto tree = cellsOf(loadMapFile(folder / "tree.gz"));
+  ASSERT_TRUE(tree);
+  EXPECT_EQ(tree->resolution(), 0.05);
+  size_t expected = 0, held = 0;
+  map.visitCells(
+      [&](const CellIndex& cell, const CellEstimate& estimate)
+      {
+        const Eigen::Vector3d centre = cellCentre(cell, 0.05);
+        const auto there = tree->estimateAt({centre.x(), centre.y(), centre.z()});
+        ASSERT_EQ(there.has_value(), estimate.state != CellState::Unknown);
+        if (there)
+        {
+          EXPECT_EQ(there->state, estimate.state);
+        }
+        expected += there.has_value();
+      });
+  tree->visitCells([&](const CellIndex&, const CellEstimate&) { ++held; });
+  EXPECT_EQ(held, expected);
+}
+
+TEST(ExportStockMaps, AMetricmapHoldsSeveralInOrder)
+{
+  const TemporaryFolder folder;
+  exportMap(randomCells(10), folder / "all.metricmap");
+  const auto all = stockMap<mrpt::maps::CMultiMetricMap>(folder / "all.metricmap");
+  ASSERT_TRUE(all);
+  ASSERT_EQ(all->maps.size(), 3U);
+  EXPECT_TRUE(all->mapByClass<mrpt::maps::CSimplePointsMap>());
+  EXPECT_TRUE(all->mapByClass<mrpt::maps::COccupancyGridMap2D>());
+  EXPECT_TRUE(all->mapByClass<mrpt::maps::COctoMap>());
+  ExportOptions options;
+  options.as = parseStockMaps("octomap,points");
+  exportMap(randomCells(10), folder / "two.metricmap", options);
+  const auto two = stockMap<mrpt::maps::CMultiMetricMap>(folder / "two.metricmap");
+  ASSERT_TRUE(two);
+  ASSERT_EQ(two->maps.size(), 2U);
+  EXPECT_TRUE(std::dynamic_pointer_cast<mrpt::maps::COctoMap>(two->maps[0]));
+}
+
+TEST(ExportStockMaps, WhatDoesNotGoTogetherIsRefused)
+{
+  const TemporaryFolder folder;
+  const HandMadeCells map = randomCells(11);
+  ExportOptions options;
+  EXPECT_TRUE(
+      contains(messageOf([&] { exportMap(map, folder / "map.gz"); }), "--as grid, points or octomap"));
+  options.as = parseStockMaps("points");
+  EXPECT_TRUE(contains(messageOf([&] { exportMap(map, folder / "map.gridmap", options); }), "another map"));
+  EXPECT_TRUE(contains(messageOf([&] { exportMap(map, folder / "map.ply", options); }), "takes no --as"));
+  options.z_m = 1;
+  EXPECT_TRUE(contains(messageOf([&] { exportMap(map, folder / "map.pts.gz", options); }), "takes no --z"));
+  EXPECT_THROW((void)parseStockMaps("grid,grids"), UsageError);
+  EXPECT_THROW((void)parseStockMaps("grid,grid"), UsageError);
+  EXPECT_THROW((void)parseStockMaps(""), UsageError);
+  HandMadeCells far;
+  far.put({40'000'000, 0, 0}, 0.9, CellState::Occupied);
+  for (const char* name : {"far.gridmap", "far.pts.gz"})
+    EXPECT_TRUE(contains(messageOf([&] { exportMap(far, folder / name); }), "float coordinates")) << name;
+  options = {};
+  options.as = parseStockMaps("octomap");
+  EXPECT_TRUE(contains(messageOf([&] { exportMap(far, folder / "far.gz", options); }), "32,768 cells"));
+  EXPECT_EQ(folder.size(), 0U);
 }
 
 TEST(Export, RefusesWhatItCannotDoAndLeavesTheOldFile)

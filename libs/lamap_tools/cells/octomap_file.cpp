@@ -217,9 +217,7 @@ std::unique_ptr<CellMap> readOctomapFile(const std::string& path)
   failRead(path, "holds a tree of kind '" + header->id + "'; expected OcTree or ColorOcTree");
 }
 
-namespace
-{
-void requireKeys(const CellExtent& extent, const std::string& path, double resolution_m)
+void requireOctomapKeys(const CellExtent& extent, const std::string& path, double resolution_m)
 {
   const auto beyond = [](int index) { return index < -kKeyOfZero || index >= kKeyOfZero; };
   const CellIndex& a = extent.first;
@@ -234,6 +232,8 @@ void requireKeys(const CellExtent& extent, const std::string& path, double resol
   throw std::runtime_error(why.str());
 }
 
+namespace
+{
 /// OctoMap's own writers cut the resolution to six digits and talk on the standard error.
 void writeTree(const octomap::OcTree& tree, bool binary, std::ostream& out)
 {
@@ -259,7 +259,7 @@ void writeOctomap(const CellMap& map, const std::string& path, std::ostream& out
   const bool binary = extensionOf(path) == ".bt";
   const auto extent = cellExtent(map);
   if (!extent) throw std::runtime_error(path + ": the map is empty, there is no cell to write");
-  requireKeys(*extent, path, map.resolution());
+  requireOctomapKeys(*extent, path, map.resolution());
 
   octomap::OcTree tree(map.resolution());
   tree.setClampingThresMin(0);  // log-odds -inf .. inf: setNodeValue clamps to these

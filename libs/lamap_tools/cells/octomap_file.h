@@ -1,6 +1,7 @@
 #pragma once
 
 #include <lamap_tools/cells/cell_map.h>
+#include <lamap_tools/cells/cell_table.h>
 
 #include <iosfwd>
 #include <memory>
@@ -23,6 +24,9 @@ namespace lamap::tools
  * @throws std::runtime_error if a cell is beyond OctoMap's ±32,768 cells (names the extent), if there is no
  * cell to write, or if the file cannot be written. */
 void writeOctomapFile(const CellMap& map, const std::string& path);
+
+/// @throws std::runtime_error naming the path and the extent if a cell is beyond OctoMap's ±32,768 cells
+void requireOctomapKeys(const CellExtent& extent, const std::string& path, double resolution_m);
 
 /// The same into a stream. @param path  names the format, and the file in messages
 void writeOctomap(const CellMap& map, const std::string& path, std::ostream& out);

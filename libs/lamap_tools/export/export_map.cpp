@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -34,13 +35,34 @@ StateSet parseStates(const std::string& names)
   return states;
 }
 
+std::vector<StockMap> parseStockMaps(const std::string& names)
+{
+  std::vector<StockMap> maps;
+  std::istringstream list(names);
+  for (std::string name; std::getline(list, name, ',');)
+  {
+    if (name != "grid" && name != "points" && name != "octomap")
+      throw UsageError("'" + name + "' is no map of MRPT's own to export; expected grid, points or octomap");
+    const StockMap map = name == "grid"     ? StockMap::Grid
+                         : name == "points" ? StockMap::Points
+                                            : StockMap::Octomap;
+    if (std::find(maps.begin(), maps.end(), map) != maps.end())
+      throw UsageError("'" + name + "' is named twice among the maps to export");
+    maps.push_back(map);
+  }
+  if (maps.empty()) throw UsageError("no map to export is named; expected grid, points or octomap");
+  return maps;
+}
+
 void requireExportable(const std::string& path, const ExportOptions& options)
 {
   const std::string extension = extensionOf(path);
   const auto& known = {".csv", ".ply", ".pcd", ".bt", ".ot", ".3dscene", ".png", ".yaml"};
-  if (std::find(known.begin(), known.end(), extension) == known.end())
+  const bool isStock = isStockMapFile(path);
+  if (!isStock && std::find(known.begin(), known.end(), extension) == known.end())
     throw UsageError(path + ": '" + extension +
-                     "' is not a format for export; known are .csv .ply .pcd .bt .ot .3Dscene .png .yaml");
+                     "' is not a format for export; known are .csv .ply .pcd .bt .ot .3Dscene .png .yaml "
+                     ".gridmap.gz .pts.gz .metricmap, and .gz with --as");
   for (const auto& height_m : {options.z_m, options.zMin_m, options.zMax_m})
     if (height_m && !std::isfinite(*height_m))
       throw UsageError(path + ": a height is not a finite number [m]");
@@ -49,9 +71,13 @@ void requireExportable(const std::string& path, const ExportOptions& options)
   const bool points =
       extension == ".csv" || extension == ".ply" || extension == ".pcd" || extension == ".3dscene";
   if (options.states && !points) refuse("--states", ".csv, .ply, .pcd and .3Dscene");
-  if (options.z_m && extension != ".yaml") refuse("--z", ".yaml (and lamap render --view slice)");
-  if ((options.zMin_m || options.zMax_m) && extension != ".yaml" && extension != ".png")
-    refuse("--z-min or --z-max", ".yaml and .png");
+  if (!options.as.empty() && !isStock) refuse("--as", ".metricmap and .gz");
+  const std::vector<StockMap> stock = isStock ? stockMapsIn(path, options) : std::vector<StockMap>{};
+  const bool isFlat =
+      extension == ".yaml" || std::find(stock.begin(), stock.end(), StockMap::Grid) != stock.end();
+  if (options.z_m && !isFlat) refuse("--z", ".yaml and grids (and lamap render --view slice)");
+  if ((options.zMin_m || options.zMax_m) && !isFlat && extension != ".png")
+    refuse("--z-min or --z-max", ".yaml, grids and .png");
   if (options.z_m && (options.zMin_m || options.zMax_m))
     throw UsageError(path + ": --z makes a slice, --z-min and --z-max limit a projection; name one kind");
   if (options.zMin_m && options.zMax_m && *options.zMin_m > *options.zMax_m)
@@ -72,11 +98,25 @@ void exportMap(const CellMap& map, const std::string& path, const ExportOptions&
   if (extension == ".3dscene") return writeScene(map, path, options.states.value_or(occupied));
   if (extension == ".bt" || extension == ".ot") return writeOctomapFile(map, path);
   if (extension == ".yaml") return writeRosMap(map, path, options);
+  if (isStockMapFile(path)) return writeStockMaps(map, path, options);
 
   RenderOptions view;  // .png
   view.zMin_m = options.zMin_m;
   view.zMax_m = options.zMax_m;
   renderMap(map, path, view);
+}
+
+void requireFloatPrecision(const CellMap& map, const std::string& path, const CellIndex& first,
+                           const CellIndex& last, const std::string& format)
+{
+  double farthest = 0;  // in cells
+  for (const CellIndex& cell : {first, last})
+    for (const int index : {cell.x, cell.y, cell.z}) farthest = std::max(farthest, std::abs(index + 0.5));
+  constexpr double kMaxError = 0.05;  // of a cell
+  if (farthest * static_cast<double>(std::numeric_limits<float>::epsilon()) / 2 <= kMaxError) return;
+  throw std::runtime_error(path + ": cells lie up to " + shortest(farthest * map.resolution()) +
+                           " m from the origin, where " + format +
+                           " do not tell them apart; .ply and .csv do");
 }
 
 }  // namespace lamap::tools

@@ -114,25 +114,10 @@ void writePly(const CellMap& map, const std::string& path, const StateSet& state
   out.commit();
 }
 
-namespace
-{
-void requireFloatPrecision(const CellMap& map, const std::string& path, const CellExtent& extent)
-{
-  double farthest = 0;  // in cells
-  for (const CellIndex& cell : {extent.first, extent.last})
-    for (const int index : {cell.x, cell.y, cell.z}) farthest = std::max(farthest, std::abs(index + 0.5));
-  constexpr double kMaxError = 0.05;  // of a cell
-  if (farthest * static_cast<double>(std::numeric_limits<float>::epsilon()) / 2 <= kMaxError) return;
-  throw std::runtime_error(
-      path + ": cells lie up to " + shortest(farthest * map.resolution()) +
-      " m from the origin, where PCD's float coordinates do not tell them apart; .ply and .csv do");
-}
-}  // namespace
-
 void writePcd(const CellMap& map, const std::string& path, const StateSet& states)
 {
   const PointSummary points = summarizePoints(map, path, states);
-  requireFloatPrecision(map, path, points.extent);
+  requireFloatPrecision(map, path, points.extent.first, points.extent.last, "PCD's float coordinates");
   const std::string count = std::to_string(points.count);
   FileOutput out(path);
   out.append(
