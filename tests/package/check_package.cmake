@@ -38,7 +38,7 @@ run(${NM} --dynamic --demangle --defined-only ${library})
 string(REGEX MATCHALL "\n[^\n]* lamap::[^\n]*" symbols "\n${output}")
 list(LENGTH symbols count)
 message(STATUS "${count} symbols of namespace lamap are shown")
-if(count GREATER 580 OR NOT output MATCHES "vtable for lamap::CBGKMap\n" OR output MATCHES "lamap::loadMapFile")
+if(count GREATER 600 OR NOT output MATCHES "vtable for lamap::CBGKMap\n" OR output MATCHES "lamap::loadMapFile")
   message(FATAL_ERROR "libmrpt-lamap.so shows ${count} symbols of namespace lamap, or the wrong ones:\n${output}")
 endif()
 
