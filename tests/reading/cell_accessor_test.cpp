@@ -224,7 +224,8 @@ void expectBox(typename Map::Accessor& accessor, const Map& map, const StateThre
                const Box& box)
 {
   using Place = std::tuple<int, int, int>;
-  const auto& [low, high] = box;
+  const CellIndex& low = box.first;
+  const CellIndex& high = box.second;
   std::map<Place, CellEstimate> expected;
   map.visitCells(thresholds,
                  [&](const CellIndex& cell, const CellEstimate& estimate)
