@@ -46,7 +46,10 @@ int exportMap(ExportArguments& arguments)
   if (!arguments.as.empty()) arguments.options.as = tools::parseStockMaps(arguments.as);
   tools::requireOwnPlaces({arguments.out}, {arguments.map});
   tools::requireExportable(arguments.out, arguments.options);
-  tools::exportMap(*tools::openCellMap(arguments.map), arguments.out, arguments.options);
+  const auto map = tools::openCellMap(arguments.map);
+  tools::exportMap(*map, arguments.out, arguments.options);
+  const std::string remark = tools::remarkOn(*map, arguments.out, arguments.options);
+  if (!remark.empty()) std::cerr << "lamap: " << remark << "\n";
   return 0;
 }
 }  // namespace

@@ -20,7 +20,7 @@ const std::vector<std::pair<const char*, Lines>>& examples()
         "lamap simulate corridor --sensor lidar16 --scans 3 --range-noise 0.02 -o corridor.simplemap",
         "lamap simulate pier --scans 1 -o pier.rawlog"}},
       {"build",
-       {"lamap build -i room.rawlog -m bgkMap -o room.lamap.gz",
+       {"lamap build -i room.rawlog -c room.ini -m bgkMap -o room.lamap.gz",
         "lamap build -i corridor.simplemap -m hilbertMap -s creationOpts.resolution=0.2 -o corridor.lamap.gz",
         "lamap build -i pier.rawlog -c pier.ini -m bgkMap -s insertOpts.beamWidth=observation -o "
         "pier.lamap.gz"}},
@@ -73,7 +73,7 @@ void addExamples(CLI::App& app)
   app.footer(
       "A first map:\n"
       "  lamap simulate structured --truth room.csv -o room.rawlog\n"
-      "  lamap build -i room.rawlog -m bgkMap -o room.lamap.gz\n"
+      "  lamap build -i room.rawlog -c room.ini -m bgkMap -o room.lamap.gz\n"
       "  lamap eval room.lamap.gz --truth room.csv\n"
       "`lamap COMMAND --help` ends with examples of each command.");
 }

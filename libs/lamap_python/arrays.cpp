@@ -1,7 +1,9 @@
+#include <lamap_core/options/legal_range.h>
 #include <lamap_mrpt/observations/isometry.h>
 #include <lamap_python/arrays.h>
 #include <mrpt/poses/CPose3D.h>
 
+#include <Eigen/Geometry>
 #include <stdexcept>
 
 namespace py = pybind11;
@@ -103,8 +105,17 @@ Scan::Pose poseFromMatrix(const RowMajor4& matrix, const std::string& name)
   Scan::Pose pose = Scan::Pose::Identity();
   pose.linear() = matrix.topLeftCorner<3, 3>();
   pose.translation() = matrix.topRightCorner<3, 1>();
-  if (!isRotation(pose.linear()) || matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-    throw std::invalid_argument(name + ": must be a rigid motion: a rotation, a translation, and 0, 0, 0, 1");
+  // Text and float32 round rotations.
+  constexpr double kRounded = 1e-3;
+  const Eigen::Matrix3d rotation = pose.linear();
+  const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (off > kRounded || rotation.determinant() < 0 || matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+    throw std::invalid_argument(
+        name +
+        ": must be a rigid motion: a rotation R, a translation, and 0, 0, 0, 1; R times its "
+        "transpose may be off by 0.001, not by " +
+        roundedText(off));
+  if (!isRotation(rotation)) pose.linear() = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
   return withoutNegativeZeros(pose);
 }
 

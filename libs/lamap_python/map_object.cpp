@@ -562,8 +562,7 @@ py::class_<MapOf<Map>, MapObject> addClass(py::module_& module, const char* alia
 {
   using Object = MapOf<Map>;
   auto added = py::class_<Object, MapObject>(module, std::string(Map::className).substr(8).c_str(), doc);
-  added.def(py::init([alias](const py::kwargs& options)
-                     { return std::make_unique<Object>(makeMap(alias, options)); }),
+  added.def(py::init([alias](const py::kwargs& options) { return Object::of(makeMap(alias, options)); }),
             "__init__($self, /, **options)\n--\n\nAn empty map. Every option is a keyword, by its name in "
             ".ini files: see "
             "doc/options.md and `options`.");
@@ -592,8 +591,16 @@ py::class_<MapOf<Map>, MapObject> addClass(py::module_& module, const char* alia
         auto map = mapOf(bytes);
         if (std::dynamic_pointer_cast<Map>(map) == nullptr)
           throw std::invalid_argument("the pickled map is of another class");
-        return std::make_unique<Object>(std::move(map));
+        return Object::of(std::move(map));
       }));
+  // Protocols 0 and 1 would make the object without its class's __new__.
+  added.def("__reduce_ex__",
+            [](const py::object& self, int protocol)
+            {
+              return py::module_::import("builtins")
+                  .attr("object")
+                  .attr("__reduce_ex__")(self, std::max(protocol, 2));
+            });
   return added;
 }
 
@@ -672,11 +679,10 @@ std::shared_ptr<CLearnedMap> MapObject::copy() const
 
 std::unique_ptr<MapObject> objectOf(std::shared_ptr<CLearnedMap> map)
 {
-  if (std::dynamic_pointer_cast<CBGKMap>(map)) return std::make_unique<MapOf<CBGKMap>>(std::move(map));
-  if (std::dynamic_pointer_cast<CGPMap>(map)) return std::make_unique<MapOf<CGPMap>>(std::move(map));
-  if (std::dynamic_pointer_cast<CHilbertMap>(map))
-    return std::make_unique<MapOf<CHilbertMap>>(std::move(map));
-  return std::make_unique<MapOf<COverlappingHilbertMap>>(std::move(map));
+  if (std::dynamic_pointer_cast<CBGKMap>(map)) return MapOf<CBGKMap>::of(std::move(map));
+  if (std::dynamic_pointer_cast<CGPMap>(map)) return MapOf<CGPMap>::of(std::move(map));
+  if (std::dynamic_pointer_cast<CHilbertMap>(map)) return MapOf<CHilbertMap>::of(std::move(map));
+  return MapOf<COverlappingHilbertMap>::of(std::move(map));
 }
 
 void addMaps(py::module_& module)

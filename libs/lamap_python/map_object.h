@@ -13,6 +13,29 @@
 
 namespace lamap::python
 {
+/** A lock that many hold for reading or one for changing. Who waits to change goes before those who come
+ * later to read, so that threads that ask all the time do not keep a change away. */
+class ReadOrChangeLock
+{
+ public:
+  void lock_shared()
+  {
+    const std::lock_guard<std::mutex> turn(turn_);
+    mutex_.lock_shared();
+  }
+  void unlock_shared() { mutex_.unlock_shared(); }
+  void lock()
+  {
+    const std::lock_guard<std::mutex> turn(turn_);  // kept until all who read have ended
+    mutex_.lock();
+  }
+  void unlock() { mutex_.unlock(); }
+
+ private:
+  std::mutex turn_;
+  std::shared_mutex mutex_;
+};
+
 /** A map as Python holds it. Any number of threads may read it at a time, or one change it; whoever waits or
  * works does so without the GIL.
  *
@@ -27,12 +50,19 @@ class MapObject
   MapObject(const MapObject&) = delete;
   MapObject& operator=(const MapObject&) = delete;
 
+  /// Only pybind11 calls this: for an object whose __init__ was not called, which it would hand over unmade.
+  static void* operator new(size_t /*size*/)
+  {
+    throw pybind11::type_error("__init__ of this map was not called");
+  }
+  static void operator delete(void* memory) { ::operator delete(memory); }
+
   /// Calls work(const CLearnedMap&). @return what it returns, which must need no GIL
   template <typename Work>
   auto read(const Work& work) const
   {
     const ReleasedGil released;
-    const std::shared_lock<std::shared_mutex> lock(mutex_);
+    const std::shared_lock<ReadOrChangeLock> lock(mutex_);
     return work(std::as_const(*map_));
   }
   /// Calls work(CLearnedMap&), and then hands over to Python's logging what the map said.
@@ -43,7 +73,7 @@ class MapObject
     const auto result = [&]
     {
       const ReleasedGil released;
-      const std::unique_lock<std::shared_mutex> lock(mutex_);
+      const std::unique_lock<ReadOrChangeLock> lock(mutex_);
       const CollectedMessages collected(messages);
       return work(*map_);
     }();
@@ -61,7 +91,7 @@ class MapObject
 
  private:
   std::shared_ptr<CLearnedMap> map_;
-  mutable std::shared_mutex mutex_;
+  mutable ReadOrChangeLock mutex_;
 };
 
 /// The class of Python for one class of maps.
@@ -70,6 +100,11 @@ class MapOf : public MapObject
 {
  public:
   using MapObject::MapObject;
+
+  [[nodiscard]] static std::unique_ptr<MapOf> of(std::shared_ptr<CLearnedMap> map)
+  {
+    return std::unique_ptr<MapOf>(::new MapOf(std::move(map)));
+  }
 };
 
 /// A map as an object of the right class.

@@ -178,3 +178,20 @@ def test_maps_are_freed():
     weakref.finalize(map, freed.append, True)
     del map
     assert freed == [True]
+
+
+def test_a_rotation_that_was_rounded_is_made_one_again(wall):
+    turn = np.eye(4)
+    angle = 0.3
+    turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    exact, rounded = lamap.BGKMap(), lamap.BGKMap()
+    exact.insert(wall, pose=turn)
+    rounded.insert(wall, pose=np.round(turn, 4))
+    here, there = exact.query(wall), rounded.query(wall)
+    assert np.allclose(here.prob, there.prob, atol=0.05, equal_nan=True)
+    single = np.eye(4, dtype=np.float32)
+    for _ in range(300):
+        single = single @ turn.astype(np.float32)
+    lamap.BGKMap().insert(wall, pose=single)
+    with pytest.raises(ValueError, match="may be off by 0.001, not by 0.0"):
+        exact.insert(wall, pose=np.round(turn, 1))

@@ -1,5 +1,6 @@
 """What maps learn and answer."""
 
+import concurrent.futures
 import copy
 import csv
 import io
@@ -215,7 +216,8 @@ def test_only_the_same_kind_and_cells_can_be_merged():
 def test_pickles_and_copies_are_equal_and_independent(kind, wall):
     map = kind(resolution=0.2, maxRange=9)
     map.insert(wall)
-    for twin in (pickle.loads(pickle.dumps(map)), copy.copy(map), copy.deepcopy(map)):
+    pickled = [pickle.loads(pickle.dumps(map, protocol)) for protocol in range(pickle.HIGHEST_PROTOCOL + 1)]
+    for twin in (*pickled, copy.copy(map), copy.deepcopy(map)):
         assert type(twin) is kind
         assert twin == map and not twin != map
         assert dict(twin.options) == dict(map.options)
@@ -226,6 +228,34 @@ def test_pickles_and_copies_are_equal_and_independent(kind, wall):
     with pytest.raises(TypeError):
         hash(map)
     assert pickle.loads(pickle.dumps(map.query(wall))).prob.shape == (len(wall),)
+
+
+def test_an_object_whose_init_was_not_called_is_refused():
+    unmade = lamap.BGKMap.__new__(lamap.BGKMap)
+    for use in (repr, lambda map: map.query([[0, 0, 0]]), copy.copy, pickle.dumps):
+        with pytest.raises(TypeError, match="__init__ of this map was not called"):
+            use(unmade)
+
+
+def test_a_change_does_not_wait_for_those_who_read_later(wall):
+    map = lamap.BGKMap(resolution=0.05)
+    map.insert(wall, origin=(0, 0, 0))
+    places = np.tile(wall, (50, 1))
+    changed = threading.Event()
+
+    def read():
+        for _ in range(1000):  # readers end after the change, or after all of these
+            if changed.is_set():
+                return True
+            map.query(places)
+        return False
+
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        readers = [pool.submit(read) for _ in range(4)]
+        for _ in range(5):
+            map.insert(wall, origin=(0, 0, 0))
+        changed.set()
+        assert all(reader.result() for reader in readers)
 
 
 def test_a_pickle_that_is_cut_short_or_of_another_class_is_refused(wall):

@@ -583,6 +583,26 @@ TEST(ExportStockMaps, AGridTakesASliceOrLimits)
   EXPECT_NEAR(low->getPos(-0.75F, 1.75F), 0.9, 0.02) << "the occupied cell stands in the layer above";
 }
 
+TEST(ExportStockMaps, AProjectionOfAllHeightsIsToldAndWhatHeightsThereAre)
+{
+  const TemporaryFolder folder;
+  ExportOptions options;
+  for (const char* name : {"m.yaml", "m.gridmap.gz", "m.metricmap"})
+    EXPECT_TRUE(contains(remarkOn(smallFloor(), name, options), "z = 0 to 1 m")) << name;
+  for (const char* name : {"m.ply", "m.pts.gz", "m.png"})
+    EXPECT_EQ(remarkOn(smallFloor(), name, options), "");
+  options.zMin_m = 0.5;
+  EXPECT_EQ(remarkOn(smallFloor(), "m.yaml", options), "");
+  options.zMin_m = 5;
+  EXPECT_TRUE(contains(messageOf([&] { exportMap(smallFloor(), folder / "m.yaml", options); }),
+                       "it has cells from z = 0 to 1 m"));
+  EXPECT_TRUE(
+      contains(messageOf([&] { exportMap(HandMadeCells(), folder / "m.yaml"); }), "the map is empty"));
+  HandMadeCells flat;
+  flat.put({0, 0, 3}, 0.1, CellState::Free).put({1, 0, 3}, 0.9, CellState::Occupied);
+  EXPECT_EQ(remarkOn(flat, "m.yaml", {}), "") << "a planar map";
+}
+
 TEST(ExportStockMaps, PointsAreTheCentresOfOccupiedCells)
 {
   const TemporaryFolder folder;

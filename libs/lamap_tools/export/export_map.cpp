@@ -85,6 +85,23 @@ void requireExportable(const std::string& path, const ExportOptions& options)
                      shortest(*options.zMax_m));
 }
 
+std::string remarkOn(const CellMap& map, const std::string& path, const ExportOptions& options)
+{
+  if (options.z_m || options.zMin_m || options.zMax_m) return "";
+  bool isProjected = extensionOf(path) == ".yaml";
+  if (isStockMapFile(path))
+  {
+    const std::vector<StockMap> maps = stockMapsIn(path, options);
+    isProjected = std::find(maps.begin(), maps.end(), StockMap::Grid) != maps.end();
+  }
+  const auto extent = isProjected ? cellExtent(map) : std::nullopt;
+  if (!extent || extent->first.z == extent->last.z) return "";
+  const auto metres = [&](double index) { return shortest(index * map.resolution()); };
+  return path + ": a projection of all heights, z = " + metres(extent->first.z) + " to " +
+         metres(extent->last.z + 1.0) +
+         " m: a floor or a ceiling among them is occupied everywhere; --z-min and --z-max leave them out";
+}
+
 void exportMap(const CellMap& map, const std::string& path, const ExportOptions& options)
 {
   const std::string extension = extensionOf(path);

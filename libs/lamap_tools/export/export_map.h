@@ -54,6 +54,10 @@ struct ExportOptions
  * @throws UsageError as exportMap. */
 void requireExportable(const std::string& path, const ExportOptions& options);
 
+/** What a user should know of a file before it is used; empty: nothing. A projection of all heights of a 3D
+ * map has its floor and ceiling in it. @throws as requireExportable() */
+[[nodiscard]] std::string remarkOn(const CellMap& map, const std::string& path, const ExportOptions& options);
+
 /** Writes a map by the extension of the path: .csv .ply .pcd .bt .ot .3Dscene .png .yaml (with its .pgm), or
  * as maps of MRPT's own: .gridmap[.gz] .pts.gz .metricmap[.gz], or any .gz with one name in `as`. The file
  * appears when it is complete; an existing one remains until then.

@@ -1,4 +1,5 @@
 #include <lamap_tools/export/flat_cells.h>
+#include <lamap_tools/files/file_output.h>
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +33,14 @@ FlatCells flatCellsOf(const CellMap& map, const std::string& path, const ExportO
   FlatCells flat;
   const auto extent = cellExtent(map, [&](const CellIndex& cell, const CellEstimate&)
                                  { return selected(cell, map.resolution(), options); });
-  if (!extent) throw std::runtime_error(path + ": the map has no cell at the heights asked for");
+  if (!extent)
+  {
+    const auto all = cellExtent(map);
+    if (!all) throw std::runtime_error(path + ": the map is empty, there is no cell to write");
+    throw std::runtime_error(path + ": the map has no cell at the heights asked for; it has cells from z = " +
+                             shortest(all->first.z * map.resolution()) + " to " +
+                             shortest((all->last.z + 1.0) * map.resolution()) + " m");
+  }
   flat.extent = *extent;
   const CellIndex& first = flat.extent.first;
   const CellIndex& last = flat.extent.last;
