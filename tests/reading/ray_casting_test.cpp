@@ -177,8 +177,8 @@ TYPED_TEST(RayCasting, MeetsTheCellThatSingleStepsMeet)
       notMet += !isMet;
     }
   }
-  EXPECT_GT(met, 100U);
-  EXPECT_GT(notMet, 100U);
+  EXPECT_GT(met, 2 * seeds(12));
+  EXPECT_GT(notMet, 20 * seeds(12));
 }
 }  // namespace
 }  // namespace lamap::test
