@@ -1,6 +1,6 @@
 // .gridmap, .pts.gz, .metricmap: MRPT's own maps, which any MRPT program loads.
-#include <lamap_mrpt/files/atomic_file.h>
 #include <lamap_mrpt/files/map_file.h>
+#include <lamap_tools/cells/octomap_file.h>
 #include <lamap_tools/export/flat_cells.h>
 #include <lamap_tools/files/file_names.h>
 #include <lamap_tools/files/usage_error.h>
