@@ -10,16 +10,15 @@
 #include <mrpt/maps/COctoMap.h>
 #include <octomap/octomap.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <functional>
-#include <map>
 #include <memory>
 #include <string>
 #include <type_traits>
 #include <vector>
 
 #include "benchmark_scans.h"
+#include "median_reporter.h"
 
 namespace
 {
@@ -159,47 +158,20 @@ void run(benchmark::State& state, size_t scans, const MapBuilder& build)
                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
-/// Collects the time of every repetition beside the usual output.
-class RatioReporter : public benchmark::ConsoleReporter
+void printRatios(const lamap::test::MedianReporter& reporter, const std::vector<ScanSeries>& allSeries)
 {
- public:
-  void ReportRuns(const std::vector<Run>& runs) override
+  std::printf("\nTimes as fast as %s (medians of this run):\n", kPeer);
+  for (const ScanSeries& series : allSeries)
   {
-    ConsoleReporter::ReportRuns(runs);
-    for (const Run& run : runs)
+    std::printf("  %s\n", series.name.c_str());
+    const double peer = reporter.median(series.name + " / " + kPeer);
+    for (const Candidate& candidate : candidatesFor(series))
     {
-      if (run.run_type == Run::RT_Iteration)
-        times_[run.run_name.function_name].push_back(run.GetAdjustedRealTime());
+      const double own = reporter.median(series.name + " / " + candidate.name);
+      if (own > 0) std::printf("    %-26s %6.1f\n", candidate.name.c_str(), peer / own);
     }
   }
-
-  void printRatios(const std::vector<ScanSeries>& allSeries) const
-  {
-    std::printf("\nTimes as fast as %s (medians of this run):\n", kPeer);
-    for (const ScanSeries& series : allSeries)
-    {
-      std::printf("  %s\n", series.name.c_str());
-      const double peer = median(series.name + " / " + kPeer);
-      for (const Candidate& candidate : candidatesFor(series))
-      {
-        const double own = median(series.name + " / " + candidate.name);
-        if (own > 0) std::printf("    %-26s %6.1f\n", candidate.name.c_str(), peer / own);
-      }
-    }
-  }
-
- private:
-  [[nodiscard]] double median(const std::string& name) const
-  {
-    const auto found = times_.find(name);
-    if (found == times_.end()) return 0.0;
-    std::vector<double> times = found->second;
-    std::nth_element(times.begin(), times.begin() + static_cast<long>(times.size() / 2), times.end());
-    return times[times.size() / 2];
-  }
-
-  std::map<std::string, std::vector<double>> times_;
-};
+}
 
 }  // namespace
 
@@ -220,7 +192,7 @@ int main(int argc, char** argv)
   }
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
-  RatioReporter reporter;
+  lamap::test::MedianReporter reporter;
   benchmark::RunSpecifiedBenchmarks(&reporter);
-  reporter.printRatios(allSeries);
+  printRatios(reporter, allSeries);
 }

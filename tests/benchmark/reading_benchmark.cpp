@@ -11,11 +11,9 @@
 #include <mrpt/maps/COctoMap.h>
 #include <octomap/octomap.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <ctime>
 #include <functional>
-#include <map>
 #include <memory>
 #include <random>
 #include <string>
@@ -25,6 +23,7 @@
 #include <vector>
 
 #include "benchmark_scans.h"
+#include "median_reporter.h"
 
 namespace
 {
@@ -345,33 +344,6 @@ std::vector<Candidate> likelihoodCandidates(const std::shared_ptr<Maps>& maps)
       "CGPMap", [maps]() -> auto& { return maps->map<lamap::CGPMap>(); });
   return candidates;
 }
-
-/// Collects the time of every repetition beside the usual output.
-class RatioReporter : public benchmark::ConsoleReporter
-{
- public:
-  void ReportRuns(const std::vector<Run>& runs) override
-  {
-    ConsoleReporter::ReportRuns(runs);
-    for (const Run& run : runs)
-    {
-      if (run.run_type == Run::RT_Iteration)
-        times_[run.run_name.function_name].push_back(run.GetAdjustedRealTime());
-    }
-  }
-
-  [[nodiscard]] double median(const std::string& name) const
-  {
-    const auto found = times_.find(name);
-    if (found == times_.end()) return 0.0;
-    std::vector<double> times = found->second;
-    std::nth_element(times.begin(), times.begin() + static_cast<long>(times.size() / 2), times.end());
-    return times[times.size() / 2];
-  }
-
- private:
-  std::map<std::string, std::vector<double>> times_;
-};
 }  // namespace
 
 int main(int argc, char** argv)
@@ -391,7 +363,7 @@ int main(int argc, char** argv)
           ->Unit(benchmark::kMicrosecond)
           ->UseManualTime();
   }
-  RatioReporter reporter;
+  lamap::test::MedianReporter reporter;
   benchmark::RunSpecifiedBenchmarks(&reporter);
   std::printf("\nTimes as fast as the peer (medians of this run):\n");
   for (const auto& [series, all] : candidates)
